@@ -79,7 +79,7 @@ def stretch_of(
     check_count(first, "first", at_least=0)
     check_count(count, "count", at_least=2)
     part = slice(first, first + count)
-    scans = log.scans[part]
+    scans = tuple(log.scans[part])
     if len(scans) < 2:
         problem = f"must leave two scans or more of the log's {len(log)}, got {first}"
         raise InvalidParameterError(problem, parameter="first")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from labkit.logs.stored import StoredScans
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray, check_count
 
@@ -29,8 +31,8 @@ class Log:
 
     Attributes
     ----------
-    scans : tuple of Scan, length K
-        The scans, each in its own frame.
+    scans : sequence of Scan, length K
+        The scans, each in its own frame; `read_log` makes them when they are asked for.
     odometry, reference : ndarray, shape (K, 3), or None
         Poses of the scanner by raw wheel odometry, and by a better estimate (an optimised pose
         graph, a corrected log): rows (x [m], y [m], θ [rad]) with θ in (−π, π]. The odometry is
@@ -45,7 +47,7 @@ class Log:
         Warnings that drop no line: codes for "no return", clocks, gaps, millimetres.
     """
 
-    scans: tuple[Scan, ...]
+    scans: Sequence[Scan]
     odometry: FloatArray | None = None
     reference: FloatArray | None = None
     name: str
@@ -71,4 +73,6 @@ class Log:
     @property
     def stamps(self) -> FloatArray:
         """Times of the scans [s], shape (K,); NaN where the file has none."""
+        if isinstance(self.scans, StoredScans):
+            return self.scans.stamps
         return np.array([scan.stamp for scan in self.scans], dtype=np.float64)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -49,25 +50,27 @@ def read_points_table(
 ) -> list[Sweep]:
     """Read rows of points; scans come in the order in which their number is first met."""
     pair = coordinates_of(columns) or XY
-    numbers, rows, places = _read_rows(lines, report, columns, pair)
+    line_numbers, rows, places = _read_rows(lines, report, columns, pair)
     if not len(rows):
         return []
     if not columns:
         _suspect_angles(rows[:, 2:], report)
     if pair == POLAR:
         _expect_radians(rows[:, 2], places["angle"], report.file)
-    sweeps = []
-    for group in _scans(rows, places, pair, report):
-        line, stamp = numbers[group[0]], float(rows[group[0], 1])
-        first, second = rows[group, 2], rows[group, 3]
-        if pair == XY:
-            scan = scanner.scan_of_points(np.column_stack([first, second]), stamp)
-        else:
-            angles = -first if scanner.mirrored else first
-            scan = scanner.scan(second, angles, report, stamp=stamp)
-        sweeps.append(Sweep(line, scan))
+    groups = _scans(rows, places, pair, report)
     if pair == XY:
-        _suspect_millimetres(sweeps[0].scan.points, report)
+        _suspect_millimetres(rows[groups[0], 2:], report)
+    sweeps = []
+    for group in groups:
+        line, stamp = line_numbers[group][0], float(rows[group][0, 1])
+        points = rows[group, 2:]
+        if pair == XY:
+            sweeps.append(Sweep(int(line), scanner.scan_of_points(points, stamp)))
+        else:
+            angles, ranges = points.T
+            directions = -angles if scanner.mirrored else angles
+            scan = scanner.scan(ranges, directions, report, stamp=stamp)
+            sweeps.append(Sweep(int(line), scan))
     return sweeps
 
 
@@ -76,9 +79,10 @@ def _read_rows(
     report: DamageReport,
     columns: Sequence[Column],
     pair: tuple[str, str],
-) -> tuple[array[int], FloatArray, dict[str, tuple[int, Column]]]:
+) -> tuple[IntArray, FloatArray, dict[str, tuple[int, Column]]]:
     """Lines of the good rows, the rows (scan, stamp, two coordinates), and the columns' places."""
-    numbers, table = array("q"), array("d")
+    line_numbers = array("q")
+    table = array("d")
     places: dict[str, tuple[int, Column]] = {}
     for number, text in lines:
         row = split_row(text)
@@ -90,10 +94,11 @@ def _read_rows(
         try:
             expect_fields(row, len(columns), "a row of points")
             table.extend(_parse_point(places, pair, row))
-            numbers.append(number)
+            line_numbers.append(number)
         except DamagedLine as damage:
             report.skip(number, damage)
-    return numbers, np.array(table).reshape(-1, 4), places
+    rows = np.frombuffer(table).reshape(-1, 4)  # no copy: a long table is not held twice
+    return np.frombuffer(line_numbers, dtype=np.int64), rows, places
 
 
 def _places(columns: Sequence[Column], file: str) -> dict[str, tuple[int, Column]]:
@@ -140,8 +145,8 @@ def _scans(
     places: dict[str, tuple[int, Column]],
     pair: tuple[str, str],
     report: DamageReport,
-) -> list[IntArray]:
-    """Indices of the rows of each scan, in the order of their first rows."""
+) -> Sequence[IntArray | slice]:
+    """Rows of each scan, in the order of their first rows: a slice, or indices if they scatter."""
     if "scan" in places:
         numbers = rows[:, 0]
     else:
@@ -154,6 +159,9 @@ def _scans(
             )
         if np.isnan(numbers).all():
             numbers = _turns(rows[:, 2], report) if pair == POLAR else np.zeros(len(rows))
+    starts = np.flatnonzero(np.diff(numbers)) + 1
+    if len(starts) < len(np.unique(numbers)):  # each number in one piece
+        return [slice(a, b) for a, b in pairwise([0, *starts.tolist(), len(numbers)])]
     order = np.argsort(numbers, kind="stable")
     starts = np.flatnonzero(np.diff(numbers[order])) + 1
     return sorted(np.split(order, starts), key=lambda group: int(group[0]))

@@ -184,7 +184,7 @@ def read_log(
         raise LogError(f"{report.file}: {lacking}")
     all_scans = make_scans(sweeps, report, no_return)
     if odometry is not None or track is not None:
-        if np.isnan([scan.stamp for scan in all_scans]).any():
+        if np.isnan(all_scans.stamps).any():
             raise LogError(
                 f"{report.file}: holds no times, which `odometry` (`--odometry`) needs; give its "
                 f"table a column `stamp` in seconds"

@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from labkit.logs.lines import DamageReport
+from labkit.logs.stored import StoredScan
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray, check_kind, check_range, read_only
 
@@ -79,7 +80,7 @@ class Scanner:
         stamp: float = math.nan,
         band: tuple[float, float] = (0.0, math.inf),
         time_increment: float = 0.0,
-    ) -> Scan:
+    ) -> StoredScan:
         """A scan of ranges on the beams of `beams`; `band` is what the file declares."""
         low, high = band
         if self.range_min is not None:
@@ -93,13 +94,20 @@ class Scanner:
             time_increment = self.time_increment
         elif not 0.0 <= time_increment <= 1.0:  # some drivers leave it unset
             time_increment = 0.0
-        return Scan.from_ranges(
+        scan = Scan.from_ranges(
             ranges,
             angles,
             stamp=stamp,
             time_increment=time_increment,
             range_min=low,
             range_max=high,
+        )
+        return StoredScan(
+            ranges=np.asarray(scan.ranges),
+            angles=np.asarray(scan.angles),
+            stamp=scan.stamp,
+            time_increment=scan.time_increment,
+            band=(low, high),
         )
 
     def scan_of_points(self, points: FloatArray, stamp: float) -> Scan:

@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike
 
 from labkit.logs.clocks import UNITS, unit_of
 from labkit.logs.lines import DamageReport
+from labkit.logs.stored import Band, StoredScan, StoredScans, within
 from labkit.scan import LONGEST_RANGE, Scan
-from labkit.support.arrays import BoolArray, FloatArray, as_floats
+from labkit.support.arrays import FloatArray, as_floats
 from labkit.support.errors import InvalidParameterError
 
-Band = tuple[float, float]
 Pose = tuple[float, float, float]
 ROUNDED = 0.005  # [m]: the third decimal of a code may be lost
 KNOWN: tuple[Band, ...] = (  # [m]
@@ -45,7 +45,7 @@ class Sweep(NamedTuple):
     """One sweep of a log, and the poses that its line tells."""
 
     line: int  # in the file, or the number of the message
-    scan: Scan  # ranges outside the declared band make no point
+    scan: StoredScan | Scan  # ranges outside the declared band make no point
     laser: Pose = (0.0, 0.0, 0.0)
     robot: Pose = (0.0, 0.0, 0.0)
     vertex: Pose | None = None  # above it, in a graph
@@ -53,7 +53,7 @@ class Sweep(NamedTuple):
 
 def make_scans(
     sweeps: list[Sweep], report: DamageReport, no_return: ArrayLike | None
-) -> tuple[Scan, ...]:
+) -> StoredScans:
     """Scans of a log without the codes that `no_return` names or, by default, the known ones.
 
     The list of sweeps is emptied: a long log is not held twice.
@@ -62,29 +62,29 @@ def make_scans(
     _suspect_millimetres(sweeps, report)
     stamps = _settle_clock(sweeps, report)
     is_slow = _sweeps_outlast_steps(sweeps, stamps, report)
-    scans = list[Scan]()
+    scans = list[StoredScan | Scan]()
     sweeps.reverse()
     for stamp in stamps.tolist():
         scan = sweeps.pop().scan
-        if codes and scan.ranges is not None:
-            coded = _within(scan.ranges[scan.beams], codes)
-            scan = scan.select(~coded) if coded.any() else scan
         time_increment = 0.0 if is_slow else scan.time_increment
-        if (scan.stamp != stamp and not math.isnan(scan.stamp)) or is_slow:
-            scan = replace(scan, stamp=stamp, time_increment=time_increment)
+        if isinstance(scan, StoredScan):
+            scan = replace(scan, stamp=stamp, time_increment=time_increment, codes=codes)
+        elif scan.stamp != stamp and not math.isnan(scan.stamp):
+            scan = replace(scan, stamp=stamp)
         scans.append(scan)
-    return tuple(scans)
+    return StoredScans(scans)
+
+
+def _scans_of_ranges(sweeps: Sequence[Sweep]) -> list[StoredScan]:
+    return [sweep.scan for sweep in sweeps if isinstance(sweep.scan, StoredScan)]
 
 
 def _batches(sweeps: Sequence[Sweep], *, measured: bool) -> Iterator[FloatArray]:
     """Ranges of the scans that have beams, or of their points alone, some hundred scans at once."""
-    scans = [sweep.scan for sweep in sweeps if sweep.scan.ranges is not None]
+    scans = _scans_of_ranges(sweeps)
     for k in range(0, len(scans), BATCH):
         batch = scans[k : k + BATCH]
-        ranges = [np.asarray(scan.ranges) for scan in batch]
-        if measured:
-            ranges = [all_beams[scan.beams] for all_beams, scan in zip(ranges, batch, strict=True)]
-        yield np.concatenate(ranges)
+        yield np.concatenate([scan.measured() if measured else scan.ranges for scan in batch])
 
 
 def _suspect_millimetres(sweeps: Sequence[Sweep], report: DamageReport) -> None:
@@ -126,8 +126,8 @@ def _sweeps_outlast_steps(
     sweeps: Sequence[Sweep], stamps: FloatArray, report: DamageReport
 ) -> bool:
     """Whether the declared times between beams cannot be true, and a remark on it."""
-    scans = [sweep.scan for sweep in sweeps if sweep.scan.ranges is not None]
-    longest = max((scan.time_increment * len(np.asarray(scan.ranges)) for scan in scans), default=0)
+    scans = _scans_of_ranges(sweeps)
+    longest = max((scan.time_increment * len(scan.ranges) for scan in scans), default=0)
     steps = np.abs(np.diff(stamps))
     step = float(np.median(steps)) if steps.size else math.nan
     if not longest > LONGEST_SWEEP * step > 0.0:
@@ -147,9 +147,9 @@ def _find_codes(sweeps: Sequence[Sweep], report: DamageReport) -> tuple[Band, ..
     lowest = top
     for ranges in _batches(sweeps, measured=True):
         size += ranges.size
-        within = ranges[_within(ranges, codes)]
-        coded += within.size
-        lowest = min(lowest, within.min(initial=top))
+        known = ranges[within(ranges, codes)]
+        coded += known.size
+        lowest = min(lowest, known.min(initial=top))
         at_top += int(np.count_nonzero(ranges > top - SAME))
         near_top += int(np.count_nonzero(ranges > (1.0 - SCATTER) * top))
     if codes:
@@ -172,11 +172,6 @@ def _find_codes(sweeps: Sequence[Sweep], report: DamageReport) -> tuple[Band, ..
             f"below by `range_max` (`--range-max`)"
         )
     return codes
-
-
-def _within(ranges: FloatArray, bands: Sequence[Band]) -> BoolArray:
-    low, high = np.reshape(bands, (-1, 2, 1)).swapaxes(0, 1)
-    return np.asarray(((ranges >= low) & (ranges <= high)).any(axis=0))
 
 
 def _as_codes(no_return: ArrayLike) -> tuple[Band, ...]:

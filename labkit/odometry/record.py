@@ -49,6 +49,7 @@ class Evidence(NamedTuple):
     std: FloatArray  # (3,): standard deviation of what no match tells [m, m, rad]
     result: IcpResult | None = None  # against the matched points of the target alone
     T_target_last: FloatArray = np.eye(3)
+    covariance: FloatArray | None = None  # (3, 3), in place of a result that was let go
 
 
 UNKNOWN = Evidence(STILL)
@@ -147,16 +148,26 @@ class StepRecord:
         Censi's in the directions that the match sees. In those that it leaves free, and where
         nothing was matched, a third of the limits is the standard deviation.
         """
+        result = self.evidence.result
+        if self.evidence.covariance is not None:
+            return self.evidence.covariance
         wide = np.diag(self.evidence.std**2)
-        if self.evidence.result is None:
+        if result is None:
             return wide
+        # A copy, so that pairs and search trees, ten times as large as the match, are not kept.
+        result = replace(result, target=Target(result.target.scan, result.target.normals))
         J = np.eye(3)  # from the target's axes to those of scan k
         J[:2, :2] = self.evidence.T_target_last[:2, :2].T
         try:
-            covariance = fuse(self.evidence.result, RANGE_STD, STILL, wide)[1]
+            covariance = fuse(result, RANGE_STD, STILL, wide)[1]
         except DegenerateAlignmentError:
             return wide
         return np.asarray(J @ covariance @ J.T)
+
+    def let_match_go(self) -> StepRecord:
+        """The record with its covariance in place of the match from which it is computed."""
+        evidence = Evidence(self.evidence.std, covariance=self.covariance)
+        return replace(self, evidence=evidence)
 
 
 def record_of_match(

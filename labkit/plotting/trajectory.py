@@ -21,13 +21,21 @@ from labkit.plotting.style import (
 )
 from labkit.scan import Scan
 from labkit.se2 import rotation
-from labkit.support.arrays import FloatArray, as_poses, check_kind, check_kinds, check_range
+from labkit.support.arrays import (
+    FloatArray,
+    as_poses,
+    check_kind,
+    check_kinds,
+    check_range,
+    check_series,
+)
 from labkit.support.errors import InvalidPointsError
 
 OUTSIDE_SHARE = 0.002  # of the map's points, beyond each of the four sides of the picture
 OPAQUE_SCANS = 20  # a map of at most so many scans is opaque,
 MIN_ALPHA = 0.2  # one of many scans nearly transparent
 SHORT_PATH = 0.05  # of the picture's width: a shorter path hides under its marks
+MOST_SCANS = 5000  # of a longer run each second, third or n-th scan makes the map
 MAP_GREY = "0.55"  # lighter than any trajectory, in grey print too
 
 
@@ -50,7 +58,8 @@ def plot_trajectory(
     poses : array_like, shape (K, 3)
         The trajectory, rows (x [m], y [m], θ [rad]).
     scans : sequence of Scan, length K, optional
-        Scan at each pose: grey points, which are one picture even in a PDF.
+        Scan at each pose: grey points, which are one picture even in a PDF. Of more than 5,000
+        scans each second, third or n-th is drawn.
     reference : array_like, shape (R, 3), optional
         Another trajectory in the same world: a dashed line.
     wheels : array_like, shape (W, 3), optional
@@ -65,7 +74,10 @@ def plot_trajectory(
     wheel_rows = None if wheels is None else as_poses(wheels, "wheels")
     if scans is not None:
         # Nearly transparent pixels: a wall seen often grows dark, a stray return stays faint.
-        world = map_points(rows, scans, range_max=range_max)
+        check_series(scans, "scans")
+        _expect_one_to_one(rows, scans)
+        drawn = slice(None, None, math.ceil(len(scans) / MOST_SCANS) or 1)
+        world = map_points(rows[drawn], scans[drawn], range_max=range_max)
         alpha = min(1.0, max(MIN_ALPHA, OPAQUE_SCANS / max(len(scans), 1)))
         ax.plot(*world.T, ",", color=MAP_GREY, alpha=alpha, rasterized=True, zorder=1.5)
         _limit_view(ax, world, [rows, reference_rows, wheel_rows])
@@ -136,10 +148,7 @@ def map_points(
     rows = as_poses(poses, "poses")
     check_kinds(scans, "scans", Scan)
     check_range(range_max, "range_max", above=0.0, unit="m")
-    if len(scans) != len(rows):
-        raise InvalidPointsError(
-            f"`scans` and `poses` must be one to one, got {len(scans)} scans and {len(rows)} poses"
-        )
+    _expect_one_to_one(rows, scans)
     # One long array instead of a loop over scans: p_w = R(θ_k) p + t_k, with k for each point.
     points = np.vstack([scan.points.reshape(-1, 2) for scan in scans])
     k = np.repeat(np.arange(len(rows)), [len(scan) for scan in scans])
@@ -147,3 +156,10 @@ def map_points(
     points, k = points[within_range], k[within_range]
     R = rotation(rows[:, 2])
     return np.asarray(np.einsum("nij,nj->ni", R[k], points) + rows[k, :2])
+
+
+def _expect_one_to_one(poses: FloatArray, scans: Sequence[Scan]) -> None:
+    if len(scans) != len(poses):
+        raise InvalidPointsError(
+            f"`scans` and `poses` must be one to one, got {len(scans)} scans and {len(poses)} poses"
+        )

@@ -335,9 +335,15 @@ def check_function(value: object, name: str) -> None:
         raise InvalidParameterError(f"must be a function, got {value!r:.80}", parameter=name)
 
 
+def check_series(values: object, name: str) -> None:
+    """Raise `InvalidParameterError` unless `values` are a list, a tuple or another sequence."""
+    if not isinstance(values, Sequence):
+        check_kind(values, name, list, tuple)
+
+
 def check_kinds(values: object, name: str, *kinds: type) -> None:
-    """Raise `InvalidParameterError` unless `values` are a list or tuple of such objects."""
-    check_kind(values, name, list, tuple)
+    """Raise `InvalidParameterError` unless `values` are a series of such objects."""
+    check_series(values, name)
     for k, value in enumerate(cast(Sequence[object], values)):
         check_kind(value, f"{name}[{k}]", *kinds)
 

@@ -6,6 +6,7 @@ import gzip
 import io
 import lzma
 import sys
+import tracemalloc
 from contextlib import suppress
 from functools import partial
 
@@ -175,3 +176,50 @@ def keep_what_is_read(read, rows):
     for row in rows:
         read.append(row)
         yield row
+
+
+@pytest.mark.parametrize("kind", ["ranges", "laser scan", "polar", "points"])
+def test_a_longer_log_takes_at_most_four_times_the_memory_of_what_its_file_grows_by(save, kind):
+    """The law of memory, at its peak: whatever the table, also with two decimals."""
+    shape = (1400, 60) if kind in {"ranges", "laser scan"} else (160, 20)
+    rows = np.random.default_rng(2).uniform(1.0, 4.0, shape).round(2)
+    short, long = (table_of(kind, rows[: len(rows) * part // 4]) for part in (3, 4))
+
+    growth = peak_memory(save(long), kind) - peak_memory(save(short), kind)
+
+    assert growth < 4 * (len(long) - len(short))
+
+
+def peak_memory(path, kind):
+    """Bytes that reading takes at its peak."""
+    tracemalloc.start()
+    read_log(path, **OPTIONS.get(kind, {}))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    return peak
+
+
+def table_of(kind, rows):
+    """A table of this kind, with two decimals."""
+    angles = np.linspace(-1.0, 1.0, rows.shape[1])
+    if kind in {"ranges", "laser scan"}:
+        titles = ",".join(f"r{b}" for b in range(rows.shape[1]))
+        told = ("angle_min,angle_max,", "-1,1,") if kind == "laser scan" else ("", "")
+        body = "".join(f"{told[1]}{','.join(map(str, row))}\n" for row in rows.tolist())
+        return f"{told[0]}{titles}\n{body}"
+    x, y = (angles, rows) if kind == "polar" else (rows * np.cos(angles), rows * np.sin(angles))
+    pairs = np.stack(np.broadcast_arrays(x, y), axis=-1)
+    lines = (f"{k},{a:.2f},{b:.2f}\n" for k, scan in enumerate(pairs) for a, b in scan.tolist())
+    return f"scan,{'angle,range' if kind == 'polar' else 'x,y'}\n{''.join(lines)}"
+
+
+def test_scans_are_made_anew_and_alike(save, text_of):
+    log = read_log(save(text_of("laser scan")))
+
+    again = [scan.points.tolist() for scan in log.scans]
+
+    assert again == [log.scans[k].points.tolist() for k in range(len(log))]
+    assert [scan.points.tolist() for scan in log.scans[2:-1]] == again[2:-1]
+    assert log.scans[-1].points.tolist() == again[-1]
+    with pytest.raises(IndexError):
+        log.scans[len(log)]

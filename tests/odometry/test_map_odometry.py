@@ -189,6 +189,26 @@ def test_a_record_holds_no_more_points_than_its_scan_matched():
     assert run.records[0].evidence is Evidence(STILL) or run.records[0].evidence.result is None
 
 
+def test_a_long_run_lets_matches_go_and_keeps_their_covariances(monkeypatch):
+    whole = estimate_odometry(SCANS, PRIORS)
+    monkeypatch.setattr("labkit.odometry.run.MOST_MATCHES", 3)
+
+    run = estimate_odometry(SCANS, PRIORS)
+
+    assert all(record.evidence.result is None for record in run.records[:-3])
+    assert all(record.evidence.result is not None for record in run.records[-3:])
+    for record, expected in zip(run.records, whole.records, strict=True):
+        np.testing.assert_array_equal(record.covariance, expected.covariance)
+
+
+def test_a_covariance_leaves_nothing_behind_but_itself():
+    record = step(*two_scans(room()), PRIOR)
+
+    assert record.covariance.shape == (3, 3)
+    assert "search" not in vars(record.evidence.result.target)
+    assert "correspondences" not in vars(record.evidence.result)
+
+
 def test_an_interrupt_anywhere_leaves_the_scan_taken_or_not():
     """Each line of an update is interrupted once; the drive goes on as if nothing had been."""
     told = [None, *PRIORS]

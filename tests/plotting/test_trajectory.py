@@ -88,3 +88,13 @@ def test_a_path_that_its_marks_would_hide_is_enlarged(ax, length, insets):
     scan = Scan.from_points([[-3.0, -3.0], [3.0, 3.0]])
     plot_trajectory(ax, [[0.0, 0.0, 0.0], [length, 0.0, 0.0]], [scan, scan])
     assert len(ax.child_axes) == insets
+
+
+def test_a_long_run_is_drawn_by_every_nth_scan(ax, monkeypatch):
+    monkeypatch.setattr("labkit.plotting.trajectory.MOST_SCANS", 3)
+    scans = [Scan.from_points([[float(k), 0.0]]) for k in range(7)]
+
+    plot_trajectory(ax, np.zeros((7, 3)), scans)
+
+    (pixels,) = (line for line in ax.get_lines() if line.get_marker() == ",")
+    assert pixels.get_xdata().tolist() == [0.0, 3.0, 6.0]

@@ -1,0 +1,100 @@
+"""Scans of a log in little memory: each is made of its ranges when it is asked for.
+
+The points of a scan take twice the memory of its ranges, and a long log is gone through scan by
+scan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+
+from labkit.scan import LONGEST_RANGE, Scan
+from labkit.support.arrays import BoolArray, FloatArray
+
+Band = tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, slots=True)
+class StoredScan:
+    """A scan without its points.
+
+    Attributes
+    ----------
+    ranges, angles : ndarray, shape (B,)
+        All beams, read-only, as `Scan` keeps them; scans of one scanner share their angles.
+    stamp, time_increment : float
+        Time of the first beam, and from one beam to the next [s].
+    band : tuple of two floats
+        Ranges between the two make a point [m],
+    codes : tuple of bands
+        except those within one of these.
+    """
+
+    ranges: FloatArray
+    angles: FloatArray
+    stamp: float
+    time_increment: float
+    band: Band
+    codes: tuple[Band, ...] = ()
+
+    def measured(self) -> FloatArray:
+        """Ranges that make a point, codes included."""
+        low, high = self.band
+        is_within = (self.ranges > low) & (self.ranges < min(high, LONGEST_RANGE))
+        return self.ranges[is_within]
+
+    def make(self) -> Scan:
+        """The scan with its points."""
+        low, high = self.band
+        scan = Scan.from_ranges(
+            self.ranges,
+            self.angles,
+            stamp=self.stamp,
+            time_increment=self.time_increment,
+            range_min=low,
+            range_max=high,
+        )
+        if not self.codes:
+            return scan
+        is_code = within(self.ranges[scan.beams], self.codes)
+        return scan.select(~is_code) if is_code.any() else scan
+
+
+class StoredScans(Sequence[Scan]):
+    """A sequence of scans, made anew each time that they are asked for."""
+
+    def __init__(self, stored: Sequence[StoredScan | Scan]) -> None:
+        self._stored = tuple(stored)
+
+    def __len__(self) -> int:
+        return len(self._stored)
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} scans>"
+
+    @property
+    def stamps(self) -> FloatArray:
+        """Times of the scans [s], shape (K,)."""
+        return np.array([stored.stamp for stored in self._stored], dtype=np.float64)
+
+    @overload
+    def __getitem__(self, index: int) -> Scan: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> StoredScans: ...
+
+    def __getitem__(self, index: int | slice) -> Scan | StoredScans:
+        if isinstance(index, slice):
+            return StoredScans(self._stored[index])
+        stored = self._stored[index]
+        return stored if isinstance(stored, Scan) else stored.make()
+
+
+def within(ranges: FloatArray, bands: Sequence[Band]) -> BoolArray:
+    """Mask of the ranges that lie in one of the bands."""
+    low, high = np.reshape(bands, (-1, 2, 1)).swapaxes(0, 1)
+    return np.asarray(((ranges >= low) & (ranges <= high)).any(axis=0))
