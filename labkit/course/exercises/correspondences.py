@@ -20,6 +20,8 @@ from labkit.simulation import Lidar, cast, room
         {"(r, d_max) ** 2": "(r**2, d_max)"},
     "The weights are the losses' slope in r; asked for is the slope in s = r².":
         {"r <= d_max": "2 * r * (r <= d_max)"},
+    "A pair right on the gate has lost its weight; the gate is r ≤ d_max.":
+        {"r <= d_max": "r < d_max"},
 })
 def truncated_square(r, d_max):
     """Two lines."""

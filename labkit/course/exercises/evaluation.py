@@ -17,6 +17,10 @@ from labkit.course.exercises import exercise
     "A draw counts as a half: a figure that never changes would get 0, a coin 0.5.": {"0.5": "0.0"},
     "This compares pairwise; each bad meets each good one.": lambda b, g: np.mean(b > g[: len(b)]),
     "The means are compared; compare each with each.": lambda b, g: float(b.mean() > g.mean()),
+    "Good and bad are exchanged: asked for is how often the bad one is larger.":
+        {"(bad[:, None] > good)": "(bad[:, None] < good)"},
+    "A draw counts fully; it is a half, or a figure that never changes would get 1.":
+        {"0.5": "1.0"},
 })
 def looks_worse(bad, good):
     """Draw by draw."""
@@ -43,6 +47,12 @@ def caught_share(good, bad, alarms):
     return least, (bad > least).mean()
 
 
+def _turn_first(T, step):
+    turn = step.copy()
+    turn[:2, 2] = 0.0
+    return T @ turn @ se2.transform(*step[:2, 2], 0.0)
+
+
 def _path(steps, chain=lambda T, step: T @ step):
     T = [np.eye(3)]
     for step in steps:
@@ -62,6 +72,8 @@ def _path(steps, chain=lambda T, step: T @ step):
         {"*_path(increments)[-1, :2])": "*increments[:, :2].T).sum()"},
     "The product is in the wrong order: each increment stands on the right of those before.":
         {"_path(increments)": "_path(increments, lambda T, step: step @ T)"},
+    "Each increment is turned by the heading after it; it is measured in the frame before it.":
+        {"_path(increments)": "_path(increments, _turn_first)"},
 })
 def closing_gap(increments):
     """Distance and turn from the start of the path to its end."""

@@ -64,6 +64,8 @@ def _too_far():
         {"range(30)": "range(1)"},
     "The step has the wrong sign: it is −Jᵀe on the right of (10.2).":
         {"-J.T @ error": "J.T @ error", "range(30)": "range(1)"},
+    "The loop ends as soon as no entry of the step is large and positive: take the sizes.":
+        {"abs(step).max() < 1e-8": "step.max() < 0.01"},
 }, tolerance=1e-3)
 def solve_graph(poses, ends, measured, sigma):
     """Steps of (10.2), until they are small."""

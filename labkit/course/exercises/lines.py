@@ -80,6 +80,9 @@ def _corridor_and_room():
         {"    parts": "    V = V.T\n    parts"},
     "Small eigenvalues are raised to `least`; a direction that is not seen gets no step at all.":
         {"(values >= least) / values": "1 / np.maximum(values, least)"},
+    "The step goes in the directions that are *not* seen: keep the eigenvalues from `least` up.":
+        {"values >= least": "values < least"},
+    "An eigenvalue right at `least` counts as seen.": {"values >= least": "values > least"},
 })
 def seen_step(A, g, least):
     """A sum over the eigenvectors that are seen."""

@@ -21,6 +21,7 @@ R = np.array([0.9, 0.02, 0.3, 0.05, 2.0, 0.6, 0.15, 0.01, 0.4, 0.08, 0.7])
     "Pairs outside the gate are charged nothing, so the scan could lower its cost by losing pairs; "
     "charge them as if they stood on the gate.": {"np.minimum(kept, d_max)": "kept[kept <= d_max]"},
     "ρN is rounded up; round down.": {"[:int(": "[:1 + int("},
+    "ρN is rounded to the nearest number; round down.": {"[:int(": "[:round("},
     "The trimming comes after the gate: ⌊ρN⌋ of *all* N pairs are in the sum.":
         lambda r, d, o, h: cost_of(r[r <= d], d, o, h) * (r <= d).mean(),
 }, tolerance=1e-9)
@@ -62,6 +63,8 @@ def colleagues_icp(source, target):
     "These are the first of each kind; both have to be small at once.":
         {"one <": "translation_steps <", "both <": "rotation_steps <"},
     "A step exactly at the limit is not small.": lambda t, r, e: first_stops(t, r, e * (1 + 1e-9)),
+    "`argmin` finds the first False of a mask; `argmax` finds its first True.":
+        {"argmax(one <": "argmin(translation_steps <", "argmax(both <": "argmin(rotation_steps <"},
 })
 def first_stops(translation_steps, rotation_steps, tolerance):
     """First iterations at which the smaller of the two, and the larger, is small."""

@@ -17,6 +17,10 @@ from labkit.simulation import Lidar, cast, room
     "The inverse is missing: in `T_w_k @ T_w_k1` letters `k` and `w` meet.": lambda k, k1: k @ k1,
     "The (3, 3) is transposed; that inverts a rotation, not a transform.": lambda k, k1: k.T @ k1,
     "The translation is along the *world's* axes, not the robot's.": {"R.T @ moved": "moved"},
+    "The matrices are multiplied entry by entry (`*`); the product is `@`.":
+        lambda k, k1: invert(k) * k1,
+    "The headings are subtracted the wrong way round: it is the newer one minus the older one.":
+        {"R.T @ T_w_k1[:2, :2]": "T_w_k1[:2, :2].T @ R"},
 })
 def motion_between(T_w_k, T_w_k1):
     """Positions are turned into the older frame, headings subtracted: as (R, t)."""
@@ -32,10 +36,24 @@ def motion_between(T_w_k, T_w_k1):
     "The plane is turned about the origin, then moved by `c`.": lambda c, a: transform(*c, a),
     "`c` is brought to the origin and the plane turned, but `c` is not brought back.":
         lambda c, a: transform(0, 0, a) @ transform(*-c, 0),
+    "θ is taken for degrees; it is in radians, as `np.cos` takes it.":
+        lambda c, a: turn_about(c, np.radians(a)),
+    "The plane turns the other way: the minus belongs to the sine above the diagonal.":
+        lambda c, a: turn_about(c, -a),
+    "Both sines have the same sign; above the diagonal of R it is −sin θ.":
+        lambda c, a: _about(c, np.cos(a), np.sin(a), np.sin(a)),
+    "Sine and cosine are swapped: at angle 0, R is the identity.":
+        lambda c, a: _about(c, np.sin(a), -np.cos(a), np.cos(a)),
 })
 def turn_about(c, theta):
     """The point c stays where it is."""
     return transform(*(c - rotation(theta) @ c), theta)
+
+
+def _about(c, diagonal, above, below):
+    """The motion by a matrix with these entries that keeps the point c."""
+    R = np.array([[diagonal, above], [below, diagonal]])
+    return np.block([[R, (c - R @ c)[:, None]], [np.array([0.0, 0.0, 1.0])]])
 
 
 def look(T_first_scanner, beams=361, seed=8):
@@ -57,6 +75,8 @@ def _two_looks():
         {"run.inlier_count": "run.fitness"},
     "The first number counts all points; asked for are those that were kept.":
         {"run.inlier_count": "len(source)"},
+    "Source and target are exchanged: `icp` takes the newer scan first.":
+        {"icp(source, target,": "icp(target, source,"},
 })
 def match_and_count(source, target, gate):
     """Both numbers stand in the result."""
@@ -103,6 +123,8 @@ def _three_turns():
     "Source and target are swapped in `align`: it maps its first points onto its second.":
         {"dT @ T": "invert(dT) @ T"},
     "This is the motion since the guess alone.": {"return T": "return T @ invert(T_init)"},
+    "The loop begins without the guess: begin with `T = T_init`.":
+        {"T, search = T_init,": "T, search = np.eye(3),"},
 }, tolerance=lambda p, q, T, rounds: 0.02 if rounds > 1 else 1e-6)
 def icp_by_hand(source, target, T_init, rounds=15):
     """Each loop that converges ends within the tolerance of this one."""

@@ -35,6 +35,11 @@ def lever_error(D, epsilon):
     "The positions are turned the wrong way: into the robot's frame it is R(−ψ).":
         {"rotation(-": "rotation("},
     "The headings lie in [0, 2π), not in (−π, π].": {"se2.wrap(turned)": "turned % (2 * np.pi)"},
+    "The headings leave (−π, π]: wrap them.": {"se2.wrap(turned)": "turned"},
+    "Each position is turned by its own heading; all are seen from the first pose.":
+        lambda p: np.column_stack([
+            np.einsum("kij,kj->ki", se2.rotation(-p[:, 2]), p[:, :2] - p[0, :2]),
+            se2.wrap(p[:, 2] - p[0, 2])]),
     "The first pose is subtracted as it is; its heading turns the axes, too.": lambda p: p - p[0],
 })
 def seen_from_first(poses):
@@ -52,6 +57,12 @@ def seen_from_first(poses):
     "The numbers are added; the step has to be turned by the robot's heading.":
         lambda T, s: se2.from_xytheta(se2.to_xytheta(T) + s),
     "The step is turned the wrong way: by R(−ψ) instead of R(ψ).": {"math.sin": "-math.sin"},
+    "The step is turned by the new heading; it is measured in the frame before it.":
+        {"math.cos(heading), math.sin(heading)":
+         "math.cos(heading + turn), math.sin(heading + turn)"},
+    "The step is turned by the mean of both headings; it is measured in the frame before it.":
+        {"math.cos(heading), math.sin(heading)":
+         "math.cos(heading + turn / 2), math.sin(heading + turn / 2)"},
 })
 def guess_from_key(T_key_before, step):
     """The coordinates of (5.2)."""
@@ -69,6 +80,10 @@ def guess_from_key(T_key_before, step):
     "Only |Δx| is looked at; a robot moves aside, too.": {"math.hypot(x, y)": "abs(x)"},
     "Δx and Δy are added; the way is their length.": {"math.hypot(x, y)": "(abs(x) + abs(y))"},
     "Take the larger share, not the sum.": {"max(way, turned)": "way + turned"},
+    "This is the smaller share; the key scan is used up as soon as one of them is 1.":
+        {"max(way, turned)": "min(way, turned)"},
+    "The angle keeps its sign, so that turns to the right never count: take its size.":
+        {"abs(psi)": "psi"},
 })
 def key_used_up(T_key_now, reach, turn):
     """The larger share."""
