@@ -25,6 +25,7 @@ from labkit.support.errors import LabkitError
 
 TRIES, SETS = 300, 20
 MARGIN = 16.0
+MOST = 5 / 6  # of the points, that a known mistake may keep
 
 
 def visible_cases(entry: question) -> tuple[Case, ...]:
@@ -39,7 +40,8 @@ def hidden_cases(
 ) -> tuple[Case, ...]:
     """The hidden cases, drawn from the secret; without one anybody draws the same.
 
-    Raises `LabkitError` if no draw tells all mistakes apart.
+    Raises `LabkitError` if no draw tells all mistakes apart, and takes a sixth of the points for
+    each of them.
     """
     rng = Rng(np.random.PCG64([4711, 0, *entry.right.__name__.encode(), *secret]))
     for _ in range(SETS):
@@ -47,10 +49,10 @@ def hidden_cases(
             draw_case(entry, f"h{k}", about, recipe, rng)
             for k, (about, recipe) in enumerate(entry.hidden.items(), start=1)
         )
-        confused = confusion(entry, (*visible, *cases))
-        if not confused:
+        objection = objection_to(entry, (*visible, *cases))
+        if not objection:
             return cases
-    raise LabkitError(f"{entry.right.__name__}: {confused} (in each of {SETS} draws)")
+    raise LabkitError(f"{entry.right.__name__}: {objection} (in each of {SETS} draws)")
 
 
 def draw_case(entry: question, id: str, about: str, recipe: Recipe, rng: Rng) -> Case:
@@ -101,13 +103,16 @@ def agree(entry: question, case: Case, functions: Sequence[Function], arguments:
     )
 
 
-def confusion(entry: question, cases: Sequence[Case]) -> str:
-    """The mistake that is not called by its name on these cases; empty where there is none."""
+def objection_to(entry: question, cases: Sequence[Case]) -> str:
+    """The mistake that these cases do not call by its name, or hardly charge; empty for none."""
     for one in entry.known:
         for outcomes in outcomes_of(one.id, cases):
-            named = assess(entry.asked_for, cases, outcomes).misconception
-            if named != one.id:
-                return f"{one.id} is taken for {named or 'none'}; add a case"
+            verdict = assess(entry.asked_for, cases, outcomes)
+            if verdict.misconception != one.id:
+                return f"{one.id} is taken for {verdict.misconception or 'none'}; add a case"
+            if verdict.score > MOST * entry.points:
+                kept = f"{verdict.score:g} of {entry.points:g} points"
+                return f"{one.id} keeps {kept}; add hidden cases that it fails"
     return ""
 
 

@@ -1,4 +1,4 @@
-"""What an author's cases are held to: the check tells what the grading will, and time is no matter.
+"""Rules for an author's cases: the check tells what the grading will, and time is no matter.
 
 Every known mistake, and every slip in the solution, that loses points fails a visible case: so who
 reads "all visible cases pass" has the points. And the plainest loops take no more than a tenth of

@@ -10,9 +10,9 @@ import pytest
 
 from labkit.course.assignment import FOLDER
 from labkit.course.authoring.compute import (
-    confusion,
     draw_case,
     hidden_cases,
+    objection_to,
     visible_cases,
 )
 from labkit.course.authoring.questions import QUESTIONS
@@ -79,7 +79,15 @@ def test_no_case_gives_its_answer_away(assignment):
 
 def test_cases_that_do_not_tell_mistakes_apart_are_refused():
     entry = ENTRIES["overlap"]
-    assert "is taken for" in confusion(entry, visible_cases(entry)[1:])
+    assert "is taken for" in objection_to(entry, visible_cases(entry)[1:])
+
+
+def test_cases_by_which_a_mistake_costs_next_to_nothing_are_refused(assignment):
+    cases = assignment.cases("has_converged")
+    fewer = [case for case in cases if not (case.hidden and case.about == "a shift aslant, back")]
+    assert objection_to(ENTRIES["has_converged"], cases) == ""
+
+    assert "each_axis keeps 4.47 of 5 points" in objection_to(ENTRIES["has_converged"], fewer)
 
 
 HANGING = {

@@ -32,7 +32,7 @@ def asked():
     @question(
         "Double it", points=2, answer=Answer.VECTOR, chapter="chapter 1", task="Double it.",
         oracle=lambda x: x + x, visible={"four numbers": (np.array([1.0, 2.5, 13.0, 24.5]),)},
-        hidden={"small ones": whole(1, 9), "large ones": whole(20, 90)},
+        hidden={"small ones": whole(1, 9), "large ones": whole(20, 90), "odd": whole(1, 2)},
         mistakes={
             "cut_off": ("Beyond 10 it stays.", lambda x: np.where(x < 10, 2 * x, x)),
             "if_even": ("Odd ones count, too.", lambda x: x if round(x[0]) % 2 else 2 * x),

@@ -221,15 +221,21 @@ The answer is to be a rotation all the same: the best one there is.
     "a mirror image after a wide turn": _pairs(10, WIDE, mirrored=True),
     "whole numbers": _whole,
 }, mistakes={
-    "reflection_kept": ("A mirror image yields a reflection: correct the determinant.",
-        {PROPER: "Vt.T @ U.T"}, "chapter 2, “What the determinant is for”"),
+    "reflection_kept": ("A mirror image yields a reflection: correct the determinant of V Uᵀ "
+        "(`np.linalg.svd` returns Vᵀ).",
+        [{PROPER: f"{V} @ U.T"} for V in ("Vt.T", "Vt", CHANGED_SIGNS)],
+        "chapter 2, “What the determinant is for”"),
     "transposed": ("This is R transposed: U and V, or the two factors of H, are swapped.",
-        {"svd(H)": "svd(H.T)"}),
+        [{"svd(H)": "svd(H.T)"}, {PROPER: "U @ Vt"}]),
     "v_transposed": ("`np.linalg.svd` returns V transposed; R = V diag(1, s) Uᵀ needs V.",
         [{"R = Vt.T @": "R = Vt @"}, {"R = Vt.T @": f"R = {CHANGED_SIGNS} @"}]),
     "all_signs": ("Where the determinant is −1, −R has it, too, in the plane: change the sign of "
         "V's last column alone.",
         {PROPER: "np.linalg.det(Vt.T @ U.T) * Vt.T @ U.T"},
+        "chapter 2, “What the determinant is for”"),
+    "first_sign": ("The determinant turns the first singular vector; it belongs to the last, that "
+        "of the smallest singular value.",
+        {"[1.0, np.linalg.det(Vt.T @ U.T)]": "[np.linalg.det(Vt.T @ U.T), 1.0]"},
         "chapter 2, “What the determinant is for”"),
     "not_centred": ("The points are not centred: H sums the points less their centroids.",
         {"(source - p_mean).T @ (target - q_mean)": "source.T @ target"}),

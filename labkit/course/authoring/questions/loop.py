@@ -78,7 +78,7 @@ def _ending_at(step: float, cost: float) -> Exact:
     return Exact((dT, cost, 10, EPS_T, EPS_PSI, EPS_COST, K_MAX))
 
 
-LOOP_AT_THE_GATE = about_the_gate([0.05, 6.0], 2.0, 1.0, 0.02, LOOP_BUDGET, apart=0.02)
+LOOP_AT_THE_GATE = about_the_gate([-0.3, 0.05], 2.0, 1.0, 0.02, LOOP_BUDGET, apart=0.02)
 
 
 def _has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):  # type: ignore[no-untyped-def]
@@ -141,21 +141,25 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
     "a step just below both tolerances": _ending(0.8, 0.8),
     "a step of half the tolerances": _ending(0.5, -0.5),
     "a small shift without a turn": _ending(0.4, 0.001, cost=0.02),
-    "a shift without a turn": _ending(50.0, 0.1),
-    "a long step": _ending(90.0, -80.0, cost=0.02),
+    "a small shift and most of the turn": _ending(0.3, -0.9),
     "a cost that rose by next to nothing": _ending(80.0, 70.0, cost=2e-7),
     "a cost that fell by next to nothing": _ending(80.0, -70.0, cost=-2e-7),
+    "a cost just below its tolerance": _ending(70.0, 60.0, cost=8e-7),
     "the last iteration of the budget": _ending(80.0, 70.0, iteration=50),
+    "the last iteration, a cost that rose": _ending(2.0, 70.0, cost=0.02, iteration=50),
     "an iteration past the budget": _ending(80.0, -70.0, iteration=51),
-    "a tiny step, a cost that stands still": _ending(0.3, -0.2, cost=1e-7),
-    "a turn to the right without a shift": _ending(0.2, -60.0),
-    "a turn of a few tolerances": _ending(0.2, 8.0),
+    "a shift to the left without a turn": _ending(50.0, 0.1, heading=math.pi / 2),
+    "a shift to the right in the last but one iteration":
+        _ending(6.0, 0.2, iteration=49, heading=-math.pi / 2),
     "a shift aslant": _ending(1.3, 0.2, heading=math.pi / 4),
-    "the last but one iteration": _ending(80.0, 70.0, cost=0.01, iteration=49),
+    "a shift aslant, back": _ending(1.25, -0.3, heading=-0.75 * math.pi),
+    "a turn to the right without a shift": _ending(0.2, -60.0),
+    "a turn to the right of a few tolerances": _ending(0.4, -8.0),
+    "a turn of a few tolerances in the last but one iteration":
+        _ending(0.2, 8.0, iteration=49),
     "half a turn on the spot": _ending(0.2, -0.4, half_turn=True),
     "a shift exactly at its tolerance": _ending_at(1.0, 0.01),
     "a cost exactly at its tolerance": _ending_at(80.0, EPS_COST),
-    "a cost just below its tolerance": _ending(70.0, 60.0, cost=8e-7),
 }, mistakes={
     "any": ("One of the two pose tests is enough here; a scan that turns on the spot would "
         "stop the loop at once. Both must hold.",
@@ -226,6 +230,7 @@ left to you: the lesson does both.
     "all stages at work": scans(30, 0.45, 0.9, 0.1),
     "a guess far from no motion": scans(24, 0.5, 0.95, 0.15, turn=FAR),
     "a pair on the gate": Exact(about_the_gate([0.0], 0.5, 1.0, 10.0, apart=0.0625)),
+    "two pairs on a wide gate": Exact(about_the_gate([0.0, 0.0], 2.0, 1.0, 10.0)),
     "a pair a little beyond a wide gate": about_the_gate([0.0005, 6.0], 2.0, 1.0, 10.0),
 }, mistakes={
     "update_on_the_right": (ON_THE_RIGHT, {UPDATE: "return T @ dT"}),
@@ -281,14 +286,17 @@ the transform after the last step.
 }, hidden={
     "the gate alone": whole_loop(28, 0.45, 1.0, OFF),
     "trimming alone": whole_loop(24, OFF, 0.7, OFF),
-    "the weights alone": whole_loop(24, OFF, 1.0, 0.1),
+    "the weights alone, and few steps": scans(24, OFF, 1.0, 0.1, 4, turn=FAR, error=0.15),
     "all stages at work": whole_loop(30, 0.5, 0.9, 0.1),
     "a budget that ends the loop": scans(24, 1.5, 0.8, 0.1, 3, error=0.15),
-    "five pairs": whole_loop(5, 2.0, 0.85, 0.1),
+    "five pairs, and one a little beyond a narrow gate":
+        about_the_gate([0.02], 0.5, 1.0, 0.02, LOOP_BUDGET, apart=0.02),
     "a way straight ahead, without a turn": straight_ahead,
-    "a turn on the spot, without a shift": on_the_spot,
-    "a pair a little beyond a wide gate": LOOP_AT_THE_GATE,
     "a way straight to the left, without a turn": straight_to_the_left,
+    "a longer way straight to the left": straight_to_the_left,
+    "a turn on the spot, without a shift": on_the_spot,
+    "another turn on the spot": on_the_spot,
+    "a pair a little beyond a wide gate": LOOP_AT_THE_GATE,
 }, mistakes={
     "update_on_the_right": (ON_THE_RIGHT, {UPDATE: "return T @ dT"}, "chapter 4, “Ten lines”"),
     "last_increment": ("This is the last increment alone; the steps have to be chained.",
