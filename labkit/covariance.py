@@ -10,7 +10,7 @@ normals and weights of the last association held fixed. Three things are added t
 
 - A free direction of the motion carries no information. The noisy normals show it 3° off at
   541 beams with 30 mm of noise. So the scan is moved along it to either side, and back onto the
-  surfaces; the free direction joins the two places.
+  surfaces; the free direction is the line between the two places.
 - Where the residuals are larger than cov(z) explains, cov(z) grows with them.
 - The point-to-point metric pulls along the surfaces as well. These pulls do not hold the
   scan, because the pairs change when it slides: their sum counts as noise.
@@ -55,16 +55,16 @@ from labkit.support.compiled import compiled
 from labkit.support.errors import DegenerateAlignmentError, InvalidParameterError
 from labkit.target import Target
 
-ALONG_AN_AXIS = 0.02  # share of a free direction below which an axis is not part of it
+ALONG_AN_AXIS = 0.02  # component of a free direction below which its axis is not free
 SLIDE = 0.5  # [m or rad]: how far to slide along a free motion, to either side
 RETURN_STEPS = 6  # Gauss-Newton steps from there back onto the surfaces
 MAX_STD = 100.0  # [m], of a range: no scanner is worse
-LEAST_INFORMATION = 1e-12  # less information is rounding
+ROUNDING_SHARE = 1e-12  # an eigenvalue below this share of their sum is rounding
 
 
 @runtime_checkable
 class _Result(Protocol):
-    """An `labkit.IcpResult`, which leans on this module: what the covariance reads from it."""
+    """The part of an `labkit.IcpResult` that a covariance reads; its module imports this one."""
 
     @property
     def source(self) -> Scan: ...
@@ -104,18 +104,18 @@ def censi_covariance(result: _Result, range_std: float) -> FloatArray:
     """
     covariance, _, free = _measured(result, range_std)
     for direction in free.T:
-        moved = np.where(np.abs(direction) > ALONG_AN_AXIS, np.sign(direction), 0.0)
-        along = np.outer(moved, moved)
-        covariance[along != 0.0] = math.inf * along[along != 0.0]
+        signs = np.where(np.abs(direction) > ALONG_AN_AXIS, np.sign(direction), 0.0)
+        products = np.outer(signs, signs)
+        covariance[products != 0.0] = math.inf * products[products != 0.0]
     return covariance
 
 
 def censi_information(result: _Result, range_std: float) -> FloatArray:
     """Information Ω, the inverse of `censi_covariance`: a free direction v has ``Ω @ v == 0``."""
     covariance, seen, free = _measured(result, range_std)
-    coordinates = np.linalg.inv(np.column_stack([seen, free]))[: seen.shape[1]]
-    measured = coordinates @ covariance @ coordinates.T
-    return np.asarray(coordinates.T @ np.linalg.solve(measured, coordinates))
+    to_seen = np.linalg.inv(np.column_stack([seen, free]))[: seen.shape[1]]  # coordinates in `seen`
+    covariance_seen = to_seen @ covariance @ to_seen.T
+    return np.asarray(to_seen.T @ np.linalg.solve(covariance_seen, to_seen))
 
 
 def fuse(
@@ -130,44 +130,54 @@ def fuse(
     P = as_covariance(prior_covariance, "prior_covariance", 3, definite=True)
     information = censi_information(result, range_std)
     covariance = np.linalg.inv(information + np.linalg.inv(P))
-    believed = as_numbers(prior, "prior")
-    off = to_xytheta(result.T_target_source) - believed
-    off[2] = math.remainder(off[2], math.tau)
-    return believed + covariance @ information @ off, covariance
+    mean = as_numbers(prior, "prior")
+    difference = to_xytheta(result.T_target_source) - mean
+    difference[2] = math.remainder(difference[2], math.tau)
+    return mean + covariance @ information @ difference, covariance
 
 
 def _measured(result: _Result, range_std: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(6.4) where the pairs see, and what `_seen_and_free` says."""
+    """Covariance (6.4) in the directions that the pairs see, and the bases of `_split_motions`."""
     _check_result(result)
     range_std = check_range(range_std, "range_std", above=0.0, at_most=MAX_STD, unit="m")
     if np.isnan(result.T_target_source[0, 0]):
         raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
-    seen, free = _seen_and_free(result)
-    T, pairs = result.T_target_source, result.correspondences
+    seen, free = _split_motions(result)
+    x, y = result.T_target_source[:2, 2].tolist()  # the source's scanner
+    pairs = result.correspondences
     normals = result.target.normals[pairs.target_index]
     used = pairs.kept & np.isfinite(normals[:, 0])
-    w, n, q = pairs.weights[used], normals[used], pairs.target[used]
-    turned, offset = pairs.source[used] - T[:2, 2], pairs.source[used] - q  # R p, R p + t − q
-    r, slope = _dot(n, offset), _slope(n, turned)  # ∂r/∂x
-    ray, target_ray = turned / _ranges(turned), q / _ranges(q)
+    w, n, p, q = pairs.weights[used], normals[used], pairs.source[used], pairs.target[used]
+    r = line_residuals(p, q, n)
+    slope = line_rows(p, n, (x, y), 1.0)  # ∂r/∂x, the rows (6.1) about the scanner, ℓ = 1 m
+    arm = p - (x, y)  # R p
 
-    A: FloatArray = 2.0 * (slope * w[:, None]).T @ slope
-    A[2, 2] -= 2.0 * np.sum(w * r * _dot(n, turned))  # ∂²r/∂ψ² = −n·R p
-    B_source = slope * _dot(n, ray)[:, None]
+    A, _ = normal_equations(slope, slope, r, w)
+    A[2, 2] -= np.sum(w * r * _dot(n, arm))  # ∂²r/∂ψ² = −n·R p
+    A *= 2.0
+
+    ray, target_ray = arm / _ranges(arm), q / _ranges(q)
+    along_ray, along_target_ray = _dot(n, ray), _dot(n, target_ray)  # ∂r/∂z, but for the sign
+    B_source = slope * along_ray[:, None]
     B_source[:, 2] += r * _dot(n, _perpendicular(ray))
-    B_target = np.zeros((len(result.target.points), 3))  # one range may serve many pairs
-    B_pairs = slope * _dot(n, target_ray)[:, None]
-    np.add.at(B_target, pairs.target_index[used], -w[:, None] * B_pairs)
+    B_target = np.zeros((len(result.target.points), 3))
+    rows = pairs.target_index[used]  # one range of the target may serve many pairs
+    np.add.at(B_target, rows, -w[:, None] * slope * along_target_ray[:, None])
     B = 2.0 * np.vstack([w[:, None] * B_source, B_target])
 
-    expected = range_std**2 * (w @ (_dot(n, ray) ** 2 + _dot(n, target_ray) ** 2))
+    expected = range_std**2 * (w @ (along_ray**2 + along_target_ray**2))  # of Σ w r²
     roughness = (w @ r**2) / expected if expected > 0.0 else math.inf
     noise = range_std**2 * max(1.0, roughness) * B.T @ B
     if result.parameters.metric == "point_to_point":
-        along = _perpendicular(n)
-        pull = 2.0 * (w * _dot(along, offset)) @ _slope(along, turned)
-        noise += np.outer(pull, pull)
-    gain = seen @ np.linalg.inv(seen.T @ A @ seen) @ seen.T  # A⁻¹ where seen
+        tangents = _perpendicular(n)
+        _, pull = normal_equations(
+            line_rows(p, tangents, (x, y), 1.0),
+            line_rows(p, tangents, (x, y), 1.0),
+            line_residuals(p, q, tangents),
+            w,
+        )
+        noise += 4.0 * np.outer(pull, pull)
+    gain = seen @ np.linalg.inv(seen.T @ A @ seen) @ seen.T  # A⁻¹ in the seen directions
     return gain @ noise @ gain.T, seen, free
 
 
@@ -177,10 +187,11 @@ def _check_result(result: object) -> None:
         raise InvalidParameterError(problem, parameter="result")
 
 
-def _seen_and_free(result: _Result) -> tuple[FloatArray, FloatArray]:
-    """Bases (3, ·) of the motions that the pairs see, and of those that they leave free.
+def _split_motions(result: _Result) -> tuple[FloatArray, FloatArray]:
+    """Bases of the motions (Δx, Δy, Δψ) that the pairs see, (3, S), and leave free, (3, F).
 
-    Structure below the mean sin² between the normals of the two scans is noise.
+    The mean sin² of the angle between the normals of the two scans is noise, so a direction with
+    no more information than that is free, too.
     """
     pairs, T = result.correspondences, result.T_target_source
     normals = estimate_normals(result.source)[:: pairs.stride] @ T[:2, :2].T
@@ -189,25 +200,38 @@ def _seen_and_free(result: _Result) -> tuple[FloatArray, FloatArray]:
         raise DegenerateAlignmentError("no covariance: no pair lies on a surface")
     cosines = _dot(normals, result.target.normals[pairs.target_index])
     used = pairs.kept & np.isfinite(cosines)
-    stagger = np.average(1.0 - cosines[used] ** 2, weights=pairs.weights[used])
+    normal_noise = np.average(1.0 - cosines[used] ** 2, weights=pairs.weights[used])
+    is_free = information.values < MIN_INFORMATION + normal_noise
+
     x, y = information.center - T[:2, 2]
-    to_motion = np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
+    to_motion = np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])  # from (Δx, Δy, ℓΔψ)
     to_motion[:, 2] /= information.length
     motions = to_motion @ information.vectors
-    is_free = information.values < MIN_INFORMATION + stagger
     seen = motions[:, ~is_free]
-    free = [_along_surfaces(result, seen, v / np.linalg.norm(v)) for v in motions[:, is_free].T]
+    directions = [v / np.linalg.norm(v) for v in motions[:, is_free].T]
+    free = [_follow_surfaces(result, seen, direction) for direction in directions]
     return seen, np.reshape(free, (-1, 3)).T
 
 
-def _along_surfaces(result: _Result, seen: FloatArray, v: FloatArray) -> FloatArray:
-    """The free motion v, (3,), between the two places on the surfaces at `SLIDE` along it."""
-    points, target, parameters = result.source.points, result.target, result.parameters
-    normals = target.normals_for(parameters), target.normals
-    x, onto = to_xytheta(result.T_target_source), seen @ np.linalg.pinv(seen)
+def _follow_surfaces(result: _Result, seen: FloatArray, direction: FloatArray) -> FloatArray:
+    """A free direction, (3,), as the line between two places of the scan on the surfaces.
+
+    The scan slides by `SLIDE` along it to either side, and returns to the surfaces there.
+    """
+    target, parameters = result.target, result.parameters
+    x = to_xytheta(result.T_target_source)
+    onto_seen = seen @ np.linalg.pinv(seen)  # the projection
     ends = [
-        return_to_surfaces(x + slide * v, onto, points, target.search.grid, *normals, parameters)
-        for slide in (SLIDE, -SLIDE)
+        return_to_surfaces(
+            start,
+            onto_seen,
+            result.source.points,
+            target.search.grid,
+            target.normals_for(parameters),
+            target.normals,
+            parameters,
+        )
+        for start in (x + SLIDE * direction, x - SLIDE * direction)
     ]
     return (ends[0] - ends[1]) / (2.0 * SLIDE)
 
@@ -237,7 +261,7 @@ def return_to_surfaces(
         J = project_rows(line_rows(p, n, (x[0], x[1]), 1.0), onto)
         weights = np.where(np.isfinite(n[:, 0]), pairs.weights, 0.0)
         A, g = normal_equations(J, J, line_residuals(p, pairs.target, n), weights)
-        x += solve_constrained(A, g, LEAST_INFORMATION * (1.0 + A[0, 0] + A[1, 1] + A[2, 2]))
+        x += solve_constrained(A, g, ROUNDING_SHARE * (1.0 + A[0, 0] + A[1, 1] + A[2, 2]))
     return x
 
 
@@ -250,11 +274,6 @@ def project_rows(J: FloatArray, onto: FloatArray) -> FloatArray:
             for column in range(3):
                 projected[i, row] += onto[row, column] * J[i, column]
     return projected
-
-
-def _slope(direction: FloatArray, turned: FloatArray) -> FloatArray:
-    """Motion of each source point along `direction`, per unit of (Δx, Δy, Δψ): (P, 3)."""
-    return np.column_stack([direction, _dot(direction, _perpendicular(turned))])
 
 
 def _ranges(points: FloatArray) -> FloatArray:

@@ -1,8 +1,8 @@
 """Degenerate motions: what a scan cannot see in corridors and at single walls (section 5).
 
-There are two tests. `observability` uses the surface normals, direction by direction.
-`spread_ratio` is the lesson's cheap test. It looks only at how the points are spread, so it
-takes any narrow room for a corridor.
+There are two tests. `observability` uses the surface normals, and tells each direction of the
+motion apart. `spread_ratio` is the lesson's cheap test. It looks only at how the points are
+spread, so it takes any narrow room for a corridor.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from labkit.support.arrays import as_floats, check_kind
 from labkit.support.errors import DegenerateAlignmentError, InvalidPointsError
 from labkit.target import Target
 
-SHIFT = 0.1  # share of the turn in a motion (Δx, Δy, ℓΔψ) below which it is called a shift
+SHIFT = 0.1  # component ℓΔψ of a motion below which it is called a shift
 
 
 def observability(
@@ -27,10 +27,10 @@ def observability(
 ) -> Information | None:
     """Information of the kept pairs about each direction of the motion between two scans.
 
-    The target's normals are used, whatever metric made the pairs; None where no kept pair lies on
-    a surface. Noise in the normals makes a smooth wall look structured. It is independent in the
-    two scans, so `source_normals`, shape (N, 2), in the target's frame, NaN where there is none,
-    tell structure from noise. Pairs without both normals are left out.
+    It is computed from the target's normals, under either metric; None where no kept pair lies on
+    a surface. Noise in the normals makes a smooth wall look structured. The noise of the two scans
+    is independent, so `source_normals` tell structure from noise: shape (N, 2), in the target's
+    frame, NaN where there is none. Pairs that lack a normal are left out.
     """
     check_kind(pairs, "pairs", Correspondences)
     check_kind(target, "target", Target)
@@ -40,15 +40,16 @@ def observability(
         )
     normals = target.normals[pairs.target_index]
     used = pairs.kept & np.isfinite(normals[:, 0])
-    others = None
+    other_normals = None
     if source_normals is not None:
-        others = as_floats(source_normals, "source_normals", shape=(len(used), 2))
-        used &= np.isfinite(others[:, 0])
-        others = others[used]
+        other_normals = as_floats(source_normals, "source_normals", shape=(len(used), 2))
+        used &= np.isfinite(other_normals[:, 0])
+        other_normals = other_normals[used]
     if not used.any():
         return None
+    points, weights = pairs.source[used], pairs.weights[used]
     try:
-        return line_information(pairs.source[used], normals[used], pairs.weights[used], others)
+        return line_information(points, normals[used], weights, other_normals)
     except DegenerateAlignmentError:
         return None
 
@@ -56,27 +57,35 @@ def observability(
 def free_motions(information: Information) -> tuple[str, ...]:
     """The motions that the points leave free, in words, in the target's frame [m]."""
     check_kind(information, "information", Information)
-    words = []
-    for x, y, turn in information.free.T.tolist():
-        if abs(turn) < SHIFT:
-            sign = math.copysign(1.0 / math.hypot(x, y), x if abs(x) > SHIFT else y)
-            words.append(f"shift along ({_metres(sign * x)}, {_metres(sign * y)})")
-        else:  # what the motion leaves in its place: p − c = (−y, x) ℓ/turn
-            reach = information.length / turn
-            cx, cy = information.center + reach * np.array([-y, x])
-            words.append(f"turn about ({_metres(cx)}, {_metres(cy)})")
-    return tuple(words)
+    return tuple(
+        _shift_in_words(x, y) if abs(turn) < SHIFT else _turn_in_words(information, x, y, turn)
+        for x, y, turn in information.free.T.tolist()
+    )
+
+
+def _shift_in_words(x: float, y: float) -> str:
+    """Say along which unit vector a shift goes; of v and −v the one that points right, or up."""
+    sign = math.copysign(1.0 / math.hypot(x, y), x if abs(x) > SHIFT else y)
+    return f"shift along ({_metres(sign * x)}, {_metres(sign * y)})"
+
+
+def _turn_in_words(information: Information, x: float, y: float, turn: float) -> str:
+    """Say which point the motion (Δx, Δy, ℓΔψ) leaves in its place: p = c + (−Δy, Δx) / Δψ."""
+    radians_inverse = information.length / turn  # 1 / Δψ
+    px, py = information.center + radians_inverse * np.array([-y, x])
+    return f"turn about ({_metres(px)}, {_metres(py)})"
 
 
 def _metres(value: float) -> str:
-    return f"{round(value, 2) + 0.0:.2f}"  # no "-0.00"
+    """Two decimals, without the sign of -0.00."""
+    return f"{round(value, 2) + 0.0:.2f}"
 
 
 def spread_ratio(scan: Scan | ArrayLike, motion: ArrayLike) -> float:
     """The lesson's cheap corridor test: spread across the motion over spread along it.
 
-    `motion`, shape (2,), is a direction in the frame of the scan. The ratio is well below 1 in a
-    corridor that is driven along; it is NaN without motion or points.
+    `motion`, shape (2,), is a direction in the frame of the scan. The ratio is well below 1 for a
+    robot that drives along a corridor, and NaN without motion or points.
     """
     points = as_scan(scan).points
     direction = as_floats(motion, "motion", shape=(2,))

@@ -17,7 +17,7 @@ from labkit.scan import Scan, as_scan
 from labkit.support.arrays import check_range
 from labkit.support.keywords import guard_keywords
 
-SMALLEST_CELL = 1e-100  # [m]: below it the numbers of the cells overflow
+SMALLEST_CELL = 1e-100  # [m]: in smaller cells the index of a cell overflows
 
 
 def range_band(scan: Scan | ArrayLike, minimum: float = 0.0, maximum: float = math.inf) -> Scan:
@@ -32,31 +32,33 @@ def range_band(scan: Scan | ArrayLike, minimum: float = 0.0, maximum: float = ma
 def voxel_downsample(scan: Scan | ArrayLike, size: float) -> Scan:
     """Replace the points of each `size` × `size` cell [m] by their centroid.
 
-    The grid is anchored at the scanner. Cells come in the order in which the scan
-    first enters them, and a centroid takes over the beam of that first point.
+    A corner of the grid lies at the scanner. The centroids come in the order in which the scan
+    first meets their cells, and each takes over the beam of the first point in its cell.
     """
     size = check_range(size, "size", at_least=SMALLEST_CELL, unit="m")
     scan = as_scan(scan)
     cells = np.floor(scan.points / size)  # floats: integers end at 2**63
-    _, first, member = np.unique(cells, axis=0, return_index=True, return_inverse=True)
-    member = member.reshape(-1)
-    count = np.bincount(member, minlength=len(first))
-    sums = [np.bincount(member, scan.points[:, axis], len(first)) for axis in (0, 1)]
-    centroids = np.column_stack(sums) / count[:, None]
-    order = np.argsort(first)
-    return replace(scan.select(first[order]), points=centroids[order])
+    _, first_point, cell = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    cell = cell.reshape(-1)  # of each point
+    cell_count = len(first_point)
+    point_count = np.bincount(cell, minlength=cell_count)
+    sum_x = np.bincount(cell, scan.points[:, 0], cell_count)
+    sum_y = np.bincount(cell, scan.points[:, 1], cell_count)
+    centroids = np.column_stack([sum_x, sum_y]) / point_count[:, None]
+    order = np.argsort(first_point)
+    return replace(scan.select(first_point[order]), points=centroids[order])
 
 
 def remove_isolated(scan: Scan | ArrayLike, radius: float) -> Scan:
-    """Drop points without another one within `radius` metres.
+    """Drop points that have no other point within `radius` metres.
 
-    A lone return is mostly a mixed pixel at an edge, dust, or somebody's leg.
+    Such a point is mostly a mixed pixel at an edge, dust, or somebody's leg.
     """
     radius = check_range(radius, "radius", above=0.0, unit="m")
     scan = as_scan(scan)
     tree = scipy.spatial.cKDTree(scan.points)
-    neighbors = tree.query_ball_point(scan.points, radius, return_length=True)
-    return scan.select(neighbors > 1)
+    count = tree.query_ball_point(scan.points, radius, return_length=True)  # the point included
+    return scan.select(count > 1)
 
 
 @guard_keywords
@@ -85,7 +87,7 @@ class Preprocessing:
         check_range(self.isolation_radius, "isolation_radius", at_least=0.0, unit="m")
 
     def __call__(self, scan: Scan | ArrayLike) -> Scan:
-        """Return the filtered scan; the very same one where every filter is off."""
+        """Return the filtered scan, or `scan` itself where every filter is off."""
         scan = as_scan(scan)
         if self.range_min > 0.0 or self.range_max < math.inf:
             scan = range_band(scan, self.range_min, self.range_max)

@@ -126,7 +126,7 @@ def run(
     T_init: FloatArray,
     parameters: IcpParameters,
 ) -> tuple[FloatArray, int, Termination]:
-    """The loop: its poses, how many of them are coarse, its ending. Letters: the boxes."""
+    """The loop: its poses, how many of them are coarse, its ending. The letters name boxes."""
     search = start_search(target, len(source))
     stage = stage_of(parameters, len(source), parameters.approach, 0)
     poses = [T_init]
@@ -174,8 +174,8 @@ def minimise(
 
 @compiled
 def shorten(dT: FloatArray, pairs: Correspondences, fraction: float) -> FloatArray:
-    """The same motion, seen from the kept points' centroid, but less far."""
-    x, y = centroid(pairs.source, np.sign(pairs.weights))  # of the kept points, all alike
+    """A `fraction` of the step: of its turn, and of the way of the kept points' centroid."""
+    x, y = centroid(pairs.source, np.sign(pairs.weights))  # kept points count alike
     dx = dT[0, 0] * x + dT[0, 1] * y + dT[0, 2] - x
     dy = dT[1, 0] * x + dT[1, 1] * y + dT[1, 2] - y
     theta = math.atan2(dT[1, 0], dT[0, 0])
@@ -190,7 +190,7 @@ def check(
     stage: Stage,
     parameters: IcpParameters,
 ) -> Termination | None:
-    """(H) Why to stop, by the last step, the pairs, the cost and the budget; None to go on."""
+    """(H) The ending, by the last step, the pairs, the cost and the budget; None to go on."""
     fine_step = len(poses) > stage.coarse_poses + 1  # the last step began in a fine iteration
     if fine_step:
         moved, turned = step_length(poses[-2], poses[-1])
@@ -198,10 +198,10 @@ def check(
         if moved < parameters.translation_tolerance and turned < parameters.rotation_tolerance:
             return Termination.CONVERGED_POSE
     if pairs.inlier_count < MIN_PAIRS:
-        matched = pairs.within_overlap & (pairs.distances <= pairs.max_correspondence_distance)
-        if matched.sum() >= MIN_PAIRS:  # but they lie on no surface
-            return Termination.DEGENERATE
-        return Termination.TOO_FEW_CORRESPONDENCES
+        near = pairs.within_overlap & (pairs.distances <= pairs.max_correspondence_distance)
+        if near.sum() < MIN_PAIRS:
+            return Termination.TOO_FEW_CORRESPONDENCES
+        return Termination.DEGENERATE  # enough pairs are near, but on no surface: no normals
     if fine_step and abs(costs[-1] - costs[-2]) < parameters.cost_tolerance:
         return Termination.CONVERGED_COST
     if len(poses) > parameters.max_iterations:

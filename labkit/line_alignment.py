@@ -36,15 +36,13 @@ from labkit.support.arrays import EPSILON, FloatArray, as_normals, as_pairs, che
 from labkit.support.compiled import compiled
 from labkit.support.errors import DegenerateAlignmentError
 
-# A direction of motion is free if the residuals answer it, on average, by less than this share of
-# what they answer straight motion into a wall: √0.02 is a mean angle of 8° between the surface and
-# the direction, about the noise of a normal.
+# A direction of motion is free if its eigenvalue is below this share of that of a motion straight
+# into a wall: √0.02 is the sine of 8° between direction and surface, about the noise of a normal.
 MIN_INFORMATION = 0.02
-# A quarter is enough if the point-to-point share is at least STEADY_SHARE.
-STEADY_SHARE = 0.03
-STEADY_INFORMATION = 0.25 * MIN_INFORMATION
+STEADY_SHARE = 0.03  # share of point-to-point that steadies a step, so that
+STEADY_INFORMATION = 0.25 * MIN_INFORMATION  # less information is enough
 MAX_SWEEPS = 12  # of Jacobi's rotations; five are enough for doubles
-BUT_FOR_ROUNDING = 1.0 - 1e-12  # as τ → 1 eigenvalues and threshold both approach 1
+BUT_FOR_ROUNDING = 1.0 - 1e-12  # at τ = 1 eigenvalue and threshold are both 1, but for rounding
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -81,8 +79,9 @@ def line_information(
     """Information that surface points carry about a small rigid motion.
 
     Points [m] on surfaces and the unit normals there, shape (N, 2), of weights ≥ 0, shape (N,),
-    all equal by default. `other_normals` are the same normals, measured independently: their
-    noise averages out of J'ᵀWJ. Raises as `align_to_lines` does.
+    all equal by default. `other_normals` are a second, independent measurement of the same
+    normals, from which the rows K are built: the noise averages out of JᵀWK. Raises as
+    `align_to_lines` does.
     """
     p, n, w = as_pairs(points, normals, weights)
     as_normals(n, "normals", len(p))
@@ -235,8 +234,8 @@ def eigen_symmetric(A: FloatArray) -> tuple[FloatArray, FloatArray]:
 @compiled
 def rotate_to_zero(D: FloatArray, V: FloatArray, p: int, q: int) -> None:
     """One of Jacobi's rotations, in place: D[q, p] becomes 0, and V turns along."""
-    half = 0.5 * (D[q, q] - D[p, p]) / D[q, p]
-    t = math.copysign(1.0, half) / (abs(half) + math.hypot(half, 1.0))  # tan of the angle
+    cotangent = 0.5 * (D[q, q] - D[p, p]) / D[q, p]  # of twice the angle
+    t = math.copysign(1.0, cotangent) / (abs(cotangent) + math.hypot(cotangent, 1.0))  # tangent
     c = 1.0 / math.hypot(t, 1.0)
     s = t * c
     for row in range(3):
@@ -257,18 +256,21 @@ def rotate_to_zero(D: FloatArray, V: FloatArray, p: int, q: int) -> None:
 
 @compiled
 def least_information(point_share: float) -> float:
-    """The eigenvalue, per unit of weight, from which on a direction is solved for."""
-    least = MIN_INFORMATION if point_share < STEADY_SHARE else STEADY_INFORMATION
-    return ((1.0 - point_share) * least + point_share) * BUT_FOR_ROUNDING
+    """Smallest eigenvalue, per unit of weight, of a direction that a step is solved for.
+
+    The point-to-point share τ turns an eigenvalue λ of the lines into (1 − τ) λ + τ.
+    """
+    of_lines = MIN_INFORMATION if point_share < STEADY_SHARE else STEADY_INFORMATION
+    return ((1.0 - point_share) * of_lines + point_share) * BUT_FOR_ROUNDING
 
 
 @compiled
 def eigen_information(
     p: FloatArray, n: FloatArray, other: FloatArray, w: FloatArray
 ) -> tuple[tuple[float, float], float, FloatArray, FloatArray]:
-    """Centre and length, and the eigenvalues and vectors of JᵀWJ per unit of weight.
+    """Centre and length, and the eigenvalues and vectors of JᵀWK per unit of weight.
 
-    The rows K of the other normals take the place of one J; their noise averages out.
+    K are the rows of the other normals, turned to the same side of the surface.
     """
     center, length = center_and_length(p, w)
     same_side = other.copy()

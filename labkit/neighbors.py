@@ -61,11 +61,11 @@ class Grid(NamedTuple):
 
     points: FloatArray  # (M, 2), in their own order [m]
     entries: FloatArray  # (M, 2), cell by cell
-    rows: IntArray  # (M,), of each entry among the points
+    rows: IntArray  # (M,), the row of each entry in `points`
     start: IntArray  # (lines · columns + 1,)
     x: float  # the lower left corner [m]
     y: float
-    per_metre: float  # how many cells
+    per_metre: float  # cells along one metre
     columns: int
     lines: int
 
@@ -74,7 +74,7 @@ class Grid(NamedTuple):
 def sort_into_cells(
     points: FloatArray,
 ) -> tuple[FloatArray, IntArray, IntArray, float, float, float, int, int]:
-    """Sort points (M, 2) by counting, for a `Grid`; the few that lie far off go to border cells."""
+    """Sort points (M, 2) into the cells of a `Grid`, by counting; outliers go to border cells."""
     count = len(points)
     left, right = trimmed_range(points[:, 0])
     low, high = trimmed_range(points[:, 1])
@@ -109,7 +109,10 @@ def sort_into_cells(
 
 @compiled
 def trimmed_range(values: FloatArray) -> tuple[float, float]:
-    """A range without outliers, from a sample."""
+    """Lowest and highest value without outliers.
+
+    The middle four fifths of a sample, made wider by half their width on either side.
+    """
     sample = values[:: max(1, len(values) // SAMPLE_SIZE)].copy()
     tenth = len(sample) // 10
     low = kth_smallest(sample, tenth)
@@ -131,30 +134,41 @@ def cell_index(offset: float, count: int) -> int:
 
 
 @compiled
-def cells_around(x: float, y: float, radius: float, grid: Grid) -> tuple[int, int, int, int, float]:
-    """First and last column, first and last line of the cells that a circle [m] touches.
+def cells_around(x: float, y: float, radius: float, grid: Grid) -> tuple[int, int, int, int]:
+    """The block of cells that a circle [m] touches: first and last column, first and last line."""
+    column = (x - grid.x) * grid.per_metre  # where the centre lies among the cells
+    line = (y - grid.y) * grid.per_metre
+    reach = radius * grid.per_metre + CELL_TOLERANCE  # [cells]
+    left = cell_index(column - reach, grid.columns)
+    right = cell_index(column + reach, grid.columns)
+    low = cell_index(line - reach, grid.lines)
+    high = cell_index(line + reach, grid.lines)
+    return left, right, low, high
 
-    The fifth number is the radius [m] of the largest circle about (x, y) that these cells hold.
+
+@compiled
+def radius_within(x: float, y: float, block: tuple[int, int, int, int], grid: Grid) -> float:
+    """Radius [m] of the largest circle about (x, y) all of whose points lie in a block of cells.
+
+    On a side where the block ends with the grid, its cells hold all points beyond, too.
     """
-    u = (x - grid.x) * grid.per_metre
-    v = (y - grid.y) * grid.per_metre
-    r = radius * grid.per_metre + CELL_TOLERANCE
-    left, right = cell_index(u - r, grid.columns), cell_index(u + r, grid.columns)
-    low, high = cell_index(v - r, grid.lines), cell_index(v + r, grid.lines)
-    inside = math.inf
+    column = (x - grid.x) * grid.per_metre
+    line = (y - grid.y) * grid.per_metre
+    left, right, low, high = block
+    radius = math.inf  # [cells]
     if left > 0:
-        inside = min(inside, u - left)
+        radius = min(radius, column - left)
     if right < grid.columns - 1:
-        inside = min(inside, right + 1.0 - u)
+        radius = min(radius, right + 1.0 - column)
     if low > 0:
-        inside = min(inside, v - low)
+        radius = min(radius, line - low)
     if high < grid.lines - 1:
-        inside = min(inside, high + 1.0 - v)
-    return left, right, low, high, (inside - CELL_TOLERANCE) / grid.per_metre
+        radius = min(radius, high + 1.0 - line)
+    return (radius - CELL_TOLERANCE) / grid.per_metre
 
 
 class Search(NamedTuple):
-    """A search in a grid. It remembers two candidates of each source point for the next search."""
+    """A search in a grid that remembers, per source point, the two nearest of the last search."""
 
     grid: Grid
     candidates: IntArray  # (N, 2), rows of the two target points nearest at the last search
@@ -192,8 +206,8 @@ def nearest(points: FloatArray, search: Search, reach: float) -> tuple[IntArray,
             square = second_square
         moved = math.sqrt(squared(x, y, search.places, i))
         if not (math.sqrt(square) + moved) * ROUNDING_MARGIN < search.clearance[i]:
-            start = min(square, squared(x, y, grid.points, previous))
-            row, second, square, clearance = search_around(x, y, grid, reach, start)
+            known = min(square, squared(x, y, grid.points, previous))
+            row, second, square, clearance = search_around(x, y, grid, reach, known)
             search.candidates[i, 0] = row
             search.candidates[i, 1] = second
             search.places[i, 0] = x
@@ -224,18 +238,20 @@ def squared(x: float, y: float, points: FloatArray, i: int) -> float:
 
 @compiled
 def search_around(
-    x: float, y: float, grid: Grid, reach: float, start: float
+    x: float, y: float, grid: Grid, reach: float, known: float
 ) -> tuple[int, int, float, float]:
-    """The two target points nearest to (x, y), and the distance within which lies no third.
+    """The two target points nearest to (x, y), and how far the search can rule out a third.
 
-    Returns the rows of both, the squared distance [m²] of the nearest, and that clearance [m].
-    `start` [m²] is the squared distance of a target point nearby: the first circle reaches it.
+    Returns the rows of both, the squared distance [m²] of the nearest, and the clearance [m]: no
+    third point lies nearer than that. `known` [m²] is the squared distance of some target point,
+    which the first circle reaches.
     """
-    radius = min(ROUNDING_MARGIN * math.sqrt(start), reach, 1.0 / grid.per_metre)
+    radius = min(ROUNDING_MARGIN * math.sqrt(known), reach, 1.0 / grid.per_metre)
     while True:
         first_row, second_row = 0, 0
-        first, second, third = math.inf, math.inf, math.inf  # squared distances [m²]
-        left, right, low, high, inside = cells_around(x, y, radius, grid)
+        first, second, third = math.inf, math.inf, math.inf  # smallest squared distances [m²]
+        block = cells_around(x, y, radius, grid)
+        left, right, low, high = block
         for line in range(low, high + 1):
             begin = grid.start[line * grid.columns + left]
             end = grid.start[line * grid.columns + right + 1]
@@ -251,8 +267,9 @@ def search_around(
                         second, third = square, second
                     else:
                         third = square
-        if first <= inside * inside or radius >= reach:
-            return first_row, second_row, first, min(inside, math.sqrt(third))
+        searched = radius_within(x, y, block, grid)  # [m]: all points nearer were looked at
+        if first <= searched * searched or radius >= reach:
+            return first_row, second_row, first, min(searched, math.sqrt(third))
         radius = min(2.0 * radius, reach, ROUNDING_MARGIN * math.sqrt(first))
 
 
@@ -260,17 +277,18 @@ def search_around(
 def neighbors_of(
     x: float, y: float, grid: Grid, reach: float, radius: float, rows: IntArray, squares: FloatArray
 ) -> int:
-    """Find the target points nearest to (x, y) within `reach` [m], and return how many.
+    """Find the target points nearest to (x, y) within `reach` [m]; return their number.
 
-    As many as `rows` takes, in ascending order; `squares` takes their squared distances [m²].
-    The search begins with a circle of this `radius` [m], or of a cell's side where that is more.
+    Fills `rows` with as many as it has place for, the nearest first, and `squares` with their
+    squared distances [m²]. The first circle has this `radius` [m], or a cell's side if that is
+    more.
     """
     size = len(rows)
     radius = min(reach, max(radius, 1.0 / grid.per_metre))
     while True:
         count = 0
         limit = radius * radius
-        left, right, low, high, _ = cells_around(x, y, radius, grid)
+        left, right, low, high = cells_around(x, y, radius, grid)
         for line in range(low, high + 1):
             begin = grid.start[line * grid.columns + left]
             end = grid.start[line * grid.columns + right + 1]

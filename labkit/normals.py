@@ -23,9 +23,10 @@ from labkit.support.arrays import EPSILON, FloatArray, IntArray
 from labkit.support.compiled import compiled
 
 HALF_WIDTH = 0.25  # [m]: how far a window along the sweep reaches to either side
-HALF_BEAMS = 3  # and at the least this many beams
+HALF_BEAMS = 3  # beams that it reaches at the least
+MIN_SPACING = 1e-3 * HALF_WIDTH  # [m]: points closer together count as this far apart
 NEIGHBORS = 7  # neighbours looked at in space, the point itself included
-CIRCLE_GROWTH = 1.3  # a search begins with a circle so much wider than that of the point before
+CIRCLE_GROWTH = 1.3  # first circle of a search over the last circle of the point before
 MAX_NEIGHBOR_DISTANCE = 0.5  # [m]: neighbours farther than this are not on the same surface
 GAP_RATIO = 4.0  # a step this much longer than its shorter neighbour leaves the surface
 GAP_FLOOR = 0.05  # [m]: a step this short never does
@@ -62,35 +63,41 @@ def normals_along_sweep(points: FloatArray) -> FloatArray:
 
     The sums of a window are differences of running sums, so that wide ones cost no more.
     """
-    count, middle = len(points), points[len(points) // 2]  # running sums round by their size
-    sums = [EMPTY_SUMS]
+    count = len(points)
+    middle = points[count // 2]  # small numbers round less
+    sums = [EMPTY_SUMS]  # entry i: of the points before point i
     for i in range(count):
         sums.append(add_point(sums[i], points[i, 0] - middle[0], points[i, 1] - middle[1]))
+    rounding = 64.0 * EPSILON * (sums[count][2] + sums[count][4])  # [m²]
+
     start, stop = windows_along_sweep(points)
-    rounding = 64.0 * EPSILON * (sums[count][2] + sums[count][4])
     normals = np.empty((count, 2))
     for i in range(count):
-        (x, y, xx, xy, yy), before = sums[stop[i]], sums[start[i]]
-        window = x - before[0], y - before[1], xx - before[2], xy - before[3], yy - before[4]
-        towards = points[i, 0], points[i, 1]
-        normals[i, 0], normals[i, 1] = normal_of(window, stop[i] - start[i], rounding, towards)
+        window = subtract_sums(sums[stop[i]], sums[start[i]])
+        point = points[i, 0], points[i, 1]
+        normals[i, 0], normals[i, 1] = normal_of(window, stop[i] - start[i], rounding, point)
     return normals
 
 
 @compiled
 def normals_in_space(grid: Grid) -> FloatArray:
     """Normals from the nearest `NEIGHBORS` points in space, shape (N, 2)."""
-    points, normals = grid.points, np.empty(grid.points.shape)
-    rows, squares, radius = np.empty(NEIGHBORS, np.intp), np.empty(NEIGHBORS), 0.0
-    for i in grid.rows:  # cell by cell: the point before lies near
-        x, y, sums = points[i, 0], points[i, 1], EMPTY_SUMS
-        found = neighbors_of(x, y, grid, MAX_NEIGHBOR_DISTANCE, radius, rows, squares)
-        radius = (
-            CIRCLE_GROWTH * math.sqrt(squares[-1]) if found == NEIGHBORS else MAX_NEIGHBOR_DISTANCE
-        )
-        for row in rows[:found]:
+    points = grid.points
+    normals = np.empty(points.shape)
+    rows = np.empty(NEIGHBORS, np.intp)
+    squares = np.empty(NEIGHBORS)
+    radius = 0.0
+    for i in grid.rows:  # cell by cell, so that the point before lies near
+        x, y = points[i, 0], points[i, 1]
+        count = neighbors_of(x, y, grid, MAX_NEIGHBOR_DISTANCE, radius, rows, squares)
+        if count == NEIGHBORS:
+            radius = CIRCLE_GROWTH * math.sqrt(squares[-1])
+        else:
+            radius = MAX_NEIGHBOR_DISTANCE
+        sums = EMPTY_SUMS
+        for row in rows[:count]:
             sums = add_point(sums, points[row, 0] - x, points[row, 1] - y)
-        normals[i, 0], normals[i, 1] = normal_of(sums, found, 0.0, (x, y))
+        normals[i, 0], normals[i, 1] = normal_of(sums, count, 0.0, (x, y))
     return normals
 
 
@@ -98,6 +105,18 @@ def normals_in_space(grid: Grid) -> FloatArray:
 def add_point(sums: Sums, x: float, y: float) -> Sums:
     """The sums with one more point."""
     return sums[0] + x, sums[1] + y, sums[2] + x * x, sums[3] + x * y, sums[4] + y * y
+
+
+@compiled
+def subtract_sums(sums: Sums, less: Sums) -> Sums:
+    """The sums without those of other points."""
+    return (
+        sums[0] - less[0],
+        sums[1] - less[1],
+        sums[2] - less[2],
+        sums[3] - less[3],
+        sums[4] - less[4],
+    )
 
 
 @compiled
@@ -129,29 +148,35 @@ def normal_of(
 
 @compiled
 def windows_along_sweep(points: FloatArray) -> tuple[IntArray, IntArray]:
-    """The first point of each point's window along the sweep, and the one after its last.
+    """First point of each point's window along the sweep, and the point after its last one.
 
     A window reaches `HALF_WIDTH` to either side, at least `HALF_BEAMS` beams, and ends
     with the surface.
     """
     count = len(points)
-    step = np.empty(count + 1)  # before each point [m]; at both ends that of the neighbour
+    step = np.empty(count + 1)  # entry i: from point i − 1 to point i [m]
     for i in range(1, count):
         dx, dy = points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1]
         step[i] = math.sqrt(dx * dx + dy * dy)
-    step[0], step[count] = step[1], step[count - 1]
-    start, stop, edge = np.empty(count, np.intp), np.empty(count, np.intp), 0
+    step[0] = step[1]  # both ends take the step beside them
+    step[count] = step[count - 1]
+
+    start = np.empty(count, np.intp)
+    stop = np.empty(count, np.intp)
+    surface_start = 0
     for i in range(count):
         if leaves_surface(step, i):
-            edge = i
-        spacing = max(min(step[i], step[i + 1]), 1e-3 * HALF_WIDTH)
+            surface_start = i
+        spacing = max(min(step[i], step[i + 1]), MIN_SPACING)
         beams = int(max(HALF_WIDTH / spacing, HALF_BEAMS))
-        start[i], stop[i] = max(i - beams, edge), i + beams + 1
-    edge = count
-    for i in range(count - 1, -1, -1):
-        stop[i] = min(stop[i], edge)
+        start[i] = max(i - beams, surface_start)
+        stop[i] = i + beams + 1
+
+    surface_stop = count
+    for i in range(count - 1, -1, -1):  # backwards: each surface ends where the next one starts
+        stop[i] = min(stop[i], surface_stop)
         if leaves_surface(step, i):
-            edge = i
+            surface_stop = i
     return start, stop
 
 

@@ -5,9 +5,9 @@ coordinates in frame a::
 
     p_a = T_a_b @ p_b        T_a_c = T_a_b @ T_b_c        T_b_a = invert(T_a_b)
 
-Every function takes stacks too: a leading shape ``...`` goes through unchanged. What is no
-transform, no pose or no point raises an `InvalidPointsError` that names the call that was meant.
-The NaN of a match that failed stays NaN.
+Every function takes stacks, too: a leading shape ``...`` goes through unchanged. Anything else
+than transforms, poses or points raises an `InvalidPointsError`, which names the call that was
+probably meant. The NaN of a failed match stays NaN.
 """
 
 from __future__ import annotations
@@ -32,15 +32,16 @@ from labkit.support.errors import InvalidPointsError
 def wrap(angle: ArrayLike) -> FloatArray:
     """Wrap angles [rad] into (−π, π].
 
-    An angle that lies there already comes back bit for bit.
+    An angle in that interval comes back bit for bit.
 
     >>> float(wrap(-np.pi)) == np.pi
     True
     """
     theta = _as_angles(angle, "angle")
-    turned = np.pi - np.mod(np.pi - theta, 2.0 * np.pi)
-    turned = np.where(turned == -np.pi, np.pi, turned)  # mod rounds up to 2π just above π
-    return np.where((theta > -np.pi) & (theta <= np.pi), theta, turned)
+    wrapped = np.pi - np.mod(np.pi - theta, 2.0 * np.pi)
+    wrapped = np.where(wrapped == -np.pi, np.pi, wrapped)  # mod rounds up to 2π just above π
+    is_within = (theta > -np.pi) & (theta <= np.pi)
+    return np.where(is_within, theta, wrapped)
 
 
 def _as_angles(angles: ArrayLike, name: str) -> FloatArray:
@@ -81,7 +82,9 @@ def transform(x: ArrayLike, y: ArrayLike, theta: ArrayLike) -> FloatArray:
     >>> np.round(apply(T, [[1.0, 0.0]]), 12).tolist()
     [[1.0, 3.0]]
     """
-    x, y, theta = as_floats(x, "x"), as_floats(y, "y"), as_floats(theta, "theta")
+    x = as_floats(x, "x")
+    y = as_floats(y, "y")
+    theta = as_floats(theta, "theta")
     try:
         rows = np.stack(np.broadcast_arrays(x, y, theta), axis=-1)
     except ValueError:
@@ -96,8 +99,8 @@ def transform(x: ArrayLike, y: ArrayLike, theta: ArrayLike) -> FloatArray:
 def from_xytheta(poses: ArrayLike) -> FloatArray:
     """Transforms of shape (..., 3, 3) from rows (x [m], y [m], θ [rad]) of shape (..., 3).
 
-    Headings beyond one turn are refused, for they mostly are degrees; `wrap` brings back those of
-    a robot that has turned several times.
+    Headings beyond one turn are refused, since they are mostly degrees. `wrap` first the headings
+    of a robot that has turned several times.
     """
     rows = as_pose_rows(poses, "poses")
     check_headings(rows[..., 2], "theta")
@@ -105,7 +108,7 @@ def from_xytheta(poses: ArrayLike) -> FloatArray:
 
 
 def matrices_of(rows: FloatArray) -> FloatArray:
-    """The same for checked rows, whose headings may exceed one turn."""
+    """Transforms from checked rows (x, y, θ), whose headings may exceed one turn."""
     c = np.cos(rows[..., 2])
     s = np.sin(rows[..., 2])
     T = np.zeros((*rows.shape, 3))
@@ -131,9 +134,11 @@ def check_headings(theta: FloatArray, name: str) -> None:
 def to_xytheta(T: ArrayLike) -> FloatArray:
     """Rows (x [m], y [m], θ [rad]) with θ in (−π, π], shape (..., 3); undoes `from_xytheta`."""
     T = as_transforms(T, "T")
-    poses, s, c = T[..., 2].copy(), T[..., 1, 0], T[..., 0, 0]
-    theta = math.atan2(s, c) if T.ndim == 2 else np.arctan2(s, c)  # one alone: the faster
-    poses[..., 2] = np.where(theta == -np.pi, np.pi, theta)  # −π comes of a sine −0.0
+    s = T[..., 1, 0]
+    c = T[..., 0, 0]
+    theta = math.atan2(s, c) if T.ndim == 2 else np.arctan2(s, c)  # math is faster for a single one
+    poses = T[..., 2].copy()
+    poses[..., 2] = np.where(theta == -np.pi, np.pi, theta)  # a sine of −0.0 gives −π
     return poses
 
 
@@ -156,7 +161,7 @@ def compose(*transforms: ArrayLike) -> FloatArray:
 
 
 def invert(T: ArrayLike) -> FloatArray:
-    """Invert by structure, R⁻¹ = Rᵀ and t ↦ −Rᵀt: exact where a general solve is not."""
+    """Invert a transform by its structure: R becomes Rᵀ and t becomes −Rᵀt, which rounds least."""
     T = as_transforms(T, "T")
     inverse = np.zeros_like(T)
     R_inverse = np.swapaxes(T[..., :2, :2], -1, -2)
@@ -167,7 +172,7 @@ def invert(T: ArrayLike) -> FloatArray:
 
 
 def relative(T_w_a: ArrayLike, T_w_b: ArrayLike) -> FloatArray:
-    """The pose of b seen from a: ``T_a_b = invert(T_w_a) @ T_w_b``."""
+    """Pose of b in the frame of a: ``T_a_b = invert(T_w_a) @ T_w_b``."""
     return compose(invert(T_w_a), as_transforms(T_w_b, "T_w_b"))
 
 

@@ -28,7 +28,7 @@ SIGNALS = {  # field of a record: its label, and the field of its limit, if the 
     "rotation": ("rotation [°]", "max_rotation"),
     "information": ("information [–]", ""),
 }
-_MARGIN = 0.06  # below 0 and above the greatest value, relative to it: no mark is cut
+_PANEL_MARGIN = 0.06  # below 0 and above the greatest value, relative to it: no mark is cut
 _MEDIAN_SHARE = 80  # the running median spans 1/80 of the run,
 _MIN_MEDIAN_STEPS = 15  # but no fewer steps than these
 
@@ -90,10 +90,10 @@ def _draw_signal(
             (marks,) = ax.plot(steps[chosen], values[chosen], marker, color=color)
             marks.set(markersize=7.0, markeredgecolor="white", markeredgewidth=0.5)
     ax.axhline(limit, color="black", linestyle="--", linewidth=0.9)
-    top = (1.0 + _MARGIN) * float(values[has_value].max(initial=0.0)) or 1.0
+    top = (1.0 + _PANEL_MARGIN) * float(values[has_value].max(initial=0.0)) or 1.0
     if limit < 2.0 * top:
         top = max(top, 1.08 * limit)
-    ax.set_ylim(-_MARGIN * top, top)
+    ax.set_ylim(-_PANEL_MARGIN * top, top)
     style_grid(ax)
 
 

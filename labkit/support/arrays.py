@@ -39,9 +39,9 @@ def as_floats(
 ) -> FloatArray:
     """Return a copy of `values` as float64, or raise an error that says what they are.
 
-    The caller may overwrite the array later. The rows of the copy lie one after the other in
-    memory, the one layout that the stages are compiled for. A masked entry is not a number.
-    A letter in `shape` is any number, as in ``("N", 2)``.
+    The caller may overwrite the array later. The copy's rows lie one after the other in memory,
+    the one layout that the stages are compiled for. A masked entry is refused. A letter in `shape`
+    stands for any length, as in ``("N", 2)``.
     """
     advice = f"; {hint}" if hint else ""
     if np.ma.isMaskedArray(values) and np.ma.is_masked(values):
@@ -59,11 +59,12 @@ def as_floats(
         shown = received if len(received) <= 60 else received[:57] + "..."
         raise InvalidPointsError(f"`{name}` must hold numbers, got {shown}{advice}")
     if shape is not None:
-        fits = [isinstance(n, str) or n == m for n, m in zip(shape, numbers.shape, strict=False)]
+        sides = zip(shape, numbers.shape, strict=False)
+        fits = [isinstance(expected, str) or expected == side for expected, side in sides]
         if not all(fits) or numbers.ndim != len(shape):
-            wanted = str(shape).replace("'", "")
+            expected_shape = str(shape).replace("'", "")
             raise InvalidPointsError(
-                f"`{name}` must have shape {wanted}, got {numbers.shape}{advice}"
+                f"`{name}` must have shape {expected_shape}, got {numbers.shape}{advice}"
             )
     return np.array(numbers, dtype=np.float64, order="C")
 
@@ -114,14 +115,13 @@ def _as_near(rows: FloatArray, name: str) -> FloatArray:
 def as_pose_rows(poses: ArrayLike, name: str, advice: str = "") -> FloatArray:
     """Check rows (x [m], y [m], θ [rad]), shape (..., 3): finite, and no transforms."""
     rows = as_floats(poses, name, hint="give x [m], y [m], theta [rad]")
-    nines = rows.reshape(-1, 9).tolist() if rows.shape[-2:] == (3, 3) else []
-    are_transforms = bool(nines) and all(map(is_rigid, nines))
-    if rows.shape[-1:] != (3,) or are_transforms:
+    got = ""
+    if rows.shape[-1:] != (3,):
+        got = str(rows.shape)
+    elif rows.shape[-2:] == (3, 3) and rows.size > 0 and _are_rigid(rows):
         got = "transforms: are the poses wanted? `labkit.to_xytheta`"
-        raise InvalidPointsError(
-            f"`{name}` must be rows (x, y, theta), shape (..., 3), got "
-            f"{got if are_transforms else rows.shape}"
-        )
+    if got:
+        raise InvalidPointsError(f"`{name}` must be rows (x, y, theta), shape (..., 3), got {got}")
     return as_finite(rows, name, advice)
 
 
@@ -138,43 +138,61 @@ def as_poses(poses: ArrayLike, name: str, minimum: int = 1, *, gaps: bool = Fals
     row of NaN is allowed, and so are no rows at all.
     """
     hint = "give rows x [m], y [m], theta [rad], `result.poses` of a run"
-    given = as_floats(by_titles(poses, ("x", "y", "theta")), name, hint)
-    if given.ndim == 3 and given.shape[1:] == (4, 4):
-        given = as_transforms(
-            given[:, [0, 1, 3]][:, :, [0, 1, 3]], name, "drop roll and pitch first"
-        )
-    if given.ndim == 3 and given.shape[1:] == (3, 3):
-        T = as_transforms(given, name)
-        theta = np.arctan2(T[:, 1, 0], T[:, 0, 0])
-        given = np.column_stack([T[:, :2, 2], np.where(theta == -np.pi, np.pi, theta)])
-    if given.ndim != 2 or given.shape[1] != 3 or len(given) < minimum * (not gaps):
+    rows = as_floats(by_titles(poses, ("x", "y", "theta")), name, hint)
+    if rows.ndim == 3:
+        rows = _rows_of_transforms(rows, name)
+    fewest = 0 if gaps else minimum
+    if rows.ndim != 2 or rows.shape[1] != 3 or len(rows) < fewest:
         raise InvalidPointsError(
             f"`{name}` must be {minimum} or more poses, rows (x, y, theta), shape (K, 3), or "
-            f"transforms, shape (K, 3, 3), got shape {given.shape}"
+            f"transforms, shape (K, 3, 3), got shape {rows.shape}"
         )
-    missing = gaps & np.isnan(given).all(axis=1, keepdims=True)
-    advice = "three times NaN says that there is none" if gaps else ""
-    _as_near(as_pose_rows(np.where(missing, 0.0, given), name, advice), name)
-    return given
+    if not gaps:
+        return _as_near(as_pose_rows(rows, name), name)
+    is_gap = np.isnan(rows).all(axis=1, keepdims=True)
+    advice = "three times NaN says that there is none"
+    _as_near(as_pose_rows(np.where(is_gap, 0.0, rows), name, advice), name)
+    return rows
+
+
+def _rows_of_transforms(stack: FloatArray, name: str) -> FloatArray:
+    """Rows (x, y, θ) of transforms, (K, 3, 3) in the plane or (K, 4, 4) in space.
+
+    Arrays of another shape come back as they are.
+    """
+    if stack.shape[1:] == (4, 4):
+        kept = [0, 1, 3]  # without the height
+        stack = as_transforms(stack[:, kept][:, :, kept], name, "drop roll and pitch first")
+    if stack.shape[1:] != (3, 3):
+        return stack
+    T = as_transforms(stack, name)
+    theta = np.arctan2(T[:, 1, 0], T[:, 0, 0])
+    theta = np.where(theta == -np.pi, np.pi, theta)  # a sine of −0.0 gives −π
+    return np.column_stack([T[:, :2, 2], theta])
 
 
 def as_pose(pose: ArrayLike, name: str, *, gaps: bool = False) -> FloatArray:
     """Check one pose, (x, y, θ) or a transform (3, 3) or (4, 4), as `as_poses`: the row (3,)."""
-    given = as_floats(pose, name, hint="give three numbers: metres, metres, radians")
-    as_it_is = given.shape in {(3,), (3, 3), (4, 4)}
-    return as_poses([given], name, gaps=gaps)[0] if as_it_is else as_numbers(given, name)
+    checked = as_floats(pose, name, hint="give three numbers: metres, metres, radians")
+    if checked.shape in {(3,), (3, 3), (4, 4)}:
+        return as_poses([checked], name, gaps=gaps)[0]
+    return as_numbers(checked, name)  # raises an error
 
 
 def as_numbers(values: ArrayLike, name: str, what: str = "x, y, angle") -> FloatArray:
     """Check a pose (3,) or a point (2,): finite numbers, as many as `what` lists."""
-    return as_finite(as_floats(values, name, f"give {what}", (what.count(",") + 1,)), name)
+    count = what.count(",") + 1
+    return as_finite(as_floats(values, name, f"give {what}", (count,)), name)
 
 
 def as_covariance(values: ArrayLike, name: str, size: int, *, definite: bool = False) -> FloatArray:
     """Check a covariance (size, size): symmetric, positive definite or else semi-definite."""
     C = as_finite(as_floats(values, name, "take a block of a larger one", (size, size)), name)
-    rounding, least = 1e-9 * np.abs(C).max(), np.linalg.eigvalsh(C)[0]
-    if np.abs(C - C.T).max() > rounding or (least <= 0.0 if definite else least < -rounding):
+    rounding = 1e-9 * np.abs(C).max()
+    is_symmetric = np.abs(C - C.T).max() <= rounding
+    smallest = np.linalg.eigvalsh(C)[0]  # eigenvalue
+    is_positive = smallest > 0.0 if definite else smallest >= -rounding
+    if not (is_symmetric and is_positive):
         kind = "definite" if definite else "semi-definite"
         raise InvalidPointsError(
             f"`{name}` must be symmetric and positive {kind}, got {C.tolist()}"
@@ -214,10 +232,11 @@ def as_pairs(
     if weights is None:
         return p, q, np.ones(len(p))
     w = as_floats(weights, "weights", "give one number per pair", (len(p),))
-    if (wrong := ~(np.isfinite(w) & (w >= 0.0))).any():
+    refused = ~(np.isfinite(w) & (w >= 0.0))
+    if refused.any():
+        index = int(refused.argmax())
         raise InvalidPointsError(
-            f"`weights` must be finite and not negative, got {w[wrong][0]} "
-            f"at index {wrong.argmax()}"
+            f"`weights` must be finite and not negative, got {w[index]} at index {index}"
         )
     return p, q, w
 
@@ -228,12 +247,13 @@ def as_normals(normals: ArrayLike, name: str, count: int, *, gaps: bool = False)
     if not gaps:
         as_finite(checked, name)
     is_unit = abs(np.hypot(checked[:, 0], checked[:, 1]) - 1.0) <= 1e-6
-    wrong = ~(is_unit | np.isnan(checked).all(axis=1))
-    if wrong.any():
-        index = int(wrong.argmax())
+    is_gap = np.isnan(checked).all(axis=1)
+    refused = ~(is_unit | is_gap)
+    if refused.any():
+        index = int(refused.argmax())
+        expected = "unit vectors, or NaN where there is none" if gaps else "unit vectors"
         raise InvalidPointsError(
-            f"`{name}` must be unit vectors{', or NaN where there is none' if gaps else ''}, "
-            f"got {checked[index].tolist()} at index {index}"
+            f"`{name}` must be {expected}, got {checked[index].tolist()} at index {index}"
         )
     return checked
 
@@ -241,8 +261,10 @@ def as_normals(normals: ArrayLike, name: str, count: int, *, gaps: bool = False)
 def as_transform(T: ArrayLike, name: str) -> FloatArray:
     """Check a single rigid transform (3, 3) of finite numbers, as `as_transforms` does."""
     checked = as_transforms(T, name)
-    got = f"a stack of shape {checked.shape}" if checked.ndim > 2 else ""
-    if not got and np.isnan(checked[0, 0]):
+    got = ""
+    if checked.ndim > 2:
+        got = f"a stack of shape {checked.shape}"
+    elif np.isnan(checked[0, 0]):
         got = "NaN, of a match that failed; print `result.message`"
     if got:
         raise InvalidPointsError(f"`{name}` must be one (3, 3) transform, got {got}")
@@ -258,20 +280,27 @@ def as_transforms(
     """
     checked = as_floats(T, name, f"give `result.T_target_source` of a match, or {build}")
     if checked.shape[-2:] != (3, 3):
+        advice = build
         if checked.shape[-1:] == (3,):
-            build = "poses (x, y, theta) go through `labkit.from_xytheta`"
+            advice = "poses (x, y, theta) go through `labkit.from_xytheta`"
         elif 2 in checked.shape and checked.shape != (2, 2):
-            build = "are these points? `labkit.apply(T, points)` moves them"
+            advice = "are these points? `labkit.apply(T, points)` moves them"
         raise InvalidPointsError(
-            f"`{name}` must be a (3, 3) transform, got shape {checked.shape}; {build}"
+            f"`{name}` must be a (3, 3) transform, got shape {checked.shape}; {advice}"
         )
-    for each in checked.reshape(-1, 9).tolist():  # plain numbers: most stacks are short
-        if not is_rigid(each) and not all(map(math.isnan, each[:6])):
-            got = np.reshape(each, (3, 3)).tolist()
+    for entries in checked.reshape(-1, 9).tolist():  # plain numbers: most stacks are short
+        is_failed_match = all(map(math.isnan, entries[:6]))
+        if not (is_failed_match or is_rigid(entries)):
+            got = np.reshape(entries, (3, 3)).tolist()
             raise InvalidPointsError(
                 f"`{name}` must be a proper rigid transform, got {got}; {build}"
             )
     return checked
+
+
+def _are_rigid(stack: FloatArray) -> bool:
+    """Recognise a stack (..., 3, 3) all of whose matrices are rigid transforms."""
+    return all(is_rigid(entries) for entries in stack.reshape(-1, 9).tolist())
 
 
 def is_rigid(entries: Sequence[float]) -> bool:

@@ -18,8 +18,8 @@ from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
 C = TypeVar("C", bound=type)
-OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # 1/0 is inf
-INNER = OPTIONS | {"no_cpython_wrapper": True}
+NUMBA_OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # 1/0 is inf
+INNER_OPTIONS = NUMBA_OPTIONS | {"no_cpython_wrapper": True}
 _records: list[type] = []
 _entries: list[Any] = []  # of each compiled function: what Python calls
 _one_compilation = threading.Lock()
@@ -40,7 +40,7 @@ def compiled(function: F) -> F:
             return _in_python(function)
         from labkit.support.code_cache import keep  # noqa: PLC0415 (imports numba)
 
-        return keep(numba.njit(**OPTIONS)(function))
+        return keep(numba.njit(**NUMBA_OPTIONS)(function))
 
     ready: list[Any] = []  # what Python calls, once a first call has returned
 
@@ -64,7 +64,7 @@ def compiled(function: F) -> F:
     call.__code__ = call.__code__.replace(co_name=function.__name__)  # as a traceback shows it
     wrapper: Any = functools.wraps(function)(call)
     # The same function as other compiled functions call it.
-    wrapper.dispatcher = functools.cache(lambda: load_numba().njit(**INNER)(function))
+    wrapper.dispatcher = functools.cache(lambda: load_numba().njit(**INNER_OPTIONS)(function))
     _entries.append(entry)
     return wrapper  # type: ignore[no-any-return]
 
@@ -111,14 +111,19 @@ def _collector_paused() -> Iterator[None]:
 
 def compiled_signatures() -> dict[str, list[Any]]:
     """The argument types for which each function was compiled or loaded, in this process."""
-    ready = [entry() for entry in _entries if entry.cache_info().currsize]
-    return {each.__name__: each.signatures for each in ready if hasattr(each, "signatures")}
+    called = [entry() for entry in _entries if entry.cache_info().currsize]
+    in_numba = [function for function in called if hasattr(function, "signatures")]
+    return {function.__name__: function.signatures for function in in_numba}
 
 
 def _in_python(function: Any) -> Any:
-    """The same function; it calls Python's form of other compiled functions, too."""
+    """A copy of a function that runs in Python, and so do the compiled functions that it calls.
+
+    The copy sees other global names: in place of each compiled function a copy like itself.
+    """
     names = dict(function.__globals__)
-    for name in names.keys() & {*function.__code__.co_names}:
+    used = names.keys() & {*function.__code__.co_names}
+    for name in used:
         if hasattr(names[name], "dispatcher"):
             names[name] = _in_python(names[name].__wrapped__)
     return FunctionType(function.__code__, names, None, function.__defaults__)
