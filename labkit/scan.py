@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -72,10 +72,7 @@ class Scan:
                 object.__setattr__(self, name, _as_beam_values(values, name))
         if self.ranges is not None and self.angles is not None:
             _expect_alike(self.ranges, self.angles)
-        if not is_number(self.stamp):
-            message = f"must be a time in seconds, or NaN, got {self.stamp!r:.80}"
-            raise InvalidParameterError(message, parameter="stamp")
-        check_range(self.time_increment, "time_increment", at_least=0.0, at_most=1.0, unit="s")
+        _check_times(self.stamp, self.time_increment)
 
     @classmethod
     def from_ranges(
@@ -102,21 +99,25 @@ class Scan:
             ranges = np.ma.filled(ranges.astype(float), np.nan)
         range_min = check_range(range_min, "range_min", unit="m")
         range_max = check_range(range_max, "range_max", above=range_min, unit="m")
-        r, alpha = _as_beam_values(ranges, "ranges"), _as_beam_values(angles, "angles")
+        _check_times(stamp, time_increment)
+        r = _as_beam_values(ranges, "ranges")
+        alpha = _as_beam_values(angles, "angles")
         _expect_alike(r, alpha)
         beams = np.flatnonzero((r > range_min) & (r < min(range_max, LONGEST_RANGE)))
         if len(beams) == len(r):
             beams = _all_beams(len(r))
         direction = np.column_stack([np.cos(alpha[beams]), np.sin(alpha[beams])])
         points = r[beams, None] * direction
-        return cls(
-            points=points,
-            beams=beams,
+        scan = object.__new__(cls)  # without a second look at parts that are checked by now
+        vars(scan).update(
+            points=read_only(points),
+            beams=read_only(beams),
             ranges=r,
             angles=alpha,
             stamp=stamp,
             time_increment=time_increment,
         )
+        return scan
 
     @classmethod
     def from_points(cls, points: ArrayLike) -> Scan:
@@ -160,11 +161,12 @@ def _as_selection(kept: BoolArray | IntArray, count: int) -> BoolArray | IntArra
 
 
 def _as_beam_values(values: ArrayLike, name: str) -> FloatArray:
-    """Check ranges or angles, shape (B,); copied unless read-only."""
-    hint = "give one per beam; points go through `Scan.from_points`"
-    checked = read_only(as_floats(values, name, hint, ("B",)))
-    if isinstance(values, np.ndarray) and values.base is None and not values.flags.writeable:
-        checked = values if values.dtype == np.float64 else checked  # nobody can write into it
+    """Check ranges or angles, shape (B,); copied unless nobody can write into the array."""
+    if is_immutable(values) and values.dtype == np.float64 and values.ndim == 1:
+        checked = values
+    else:
+        hint = "give one per beam; points go through `Scan.from_points`"
+        checked = read_only(as_floats(values, name, hint, ("B",)))
     if name == "angles":
         check_angles(checked, name)
     return checked
@@ -172,13 +174,28 @@ def _as_beam_values(values: ArrayLike, name: str) -> FloatArray:
 
 def check_angles(angles: FloatArray, name: str) -> None:
     """Raise an error unless directions of beams [rad] are finite and within one turn."""
-    low, high = as_finite(angles, name).min(initial=0.0), angles.max(initial=0.0)
-    if max(high - low, -low, high) > MOST_TURN:
+    low = float(angles.min(initial=0.0))
+    high = float(angles.max(initial=0.0))
+    if not max(high - low, -low, high) <= MOST_TURN:
+        as_finite(angles, name)
         raise InvalidParameterError(
             f"must be radians within one turn, got {low:.6g} to {high:.6g}: are these degrees? "
             f"use `np.radians` in Python: 90 degrees are 1.5708",
             parameter=name,
         )
+
+
+def is_immutable(values: object) -> TypeGuard[NDArray[Any]]:
+    """Recognise a read-only array that owns its memory: nobody can write into it."""
+    return type(values) is np.ndarray and values.base is None and not values.flags.writeable
+
+
+def _check_times(stamp: float, time_increment: float) -> None:
+    """Check a scan's time and the time from one beam to the next [s]."""
+    if not is_number(stamp):
+        message = f"must be a time in seconds, or NaN, got {stamp!r:.80}"
+        raise InvalidParameterError(message, parameter="stamp")
+    check_range(time_increment, "time_increment", at_least=0.0, at_most=1.0, unit="s")
 
 
 def _expect_alike(ranges: FloatArray, angles: FloatArray) -> None:
@@ -196,8 +213,8 @@ def _all_beams(count: int) -> IntArray:
 
 
 def _as_beams(beams: IntArray, count: int) -> IntArray:
-    if isinstance(beams, np.ndarray) and not beams.flags.writeable and beams.base is None:
-        checked = beams  # nobody can write into it
+    if is_immutable(beams):
+        checked = beams
     else:
         try:
             checked = np.array(beams)

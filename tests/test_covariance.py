@@ -18,17 +18,18 @@ ODOMETRY = OdometryParameters().icp
 BY_LINE = IcpParameters(metric="point_to_line", translation_tolerance=1e-5, rotation_tolerance=1e-5)
 
 
-def matched(rng, metric=BY_LINE, world=None):
-    rng = np.random.default_rng(rng)
+def match_two_scans(seed, metric=BY_LINE, world=None):
+    """The result of a match between two noisy scans of a world, by default of the room."""
+    rng = np.random.default_rng(seed)
     place = room() if world is None else world
     lidar = Lidar(noise_std=RANGE_STD)
-    target, source = (cast(place, T, lidar, rng=rng) for T in (HERE, MOTION))
-    target = Target(target)
-    return source, target, icp(source, target, None, metric)
+    target = cast(place, HERE, lidar, rng=rng)
+    source = cast(place, MOTION, lidar, rng=rng)
+    return icp(source, target, None, metric)
 
 
-def moved_ray(points, i, step):
-    """The same points with the range of the i-th longer by `step`."""
+def lengthen_ray(points, i, step):
+    """The points with the range of the i-th longer by `step` [m]."""
     longer = points.copy()
     longer[i] *= 1.0 + step / np.hypot(*points[i])
     return longer
@@ -65,10 +66,10 @@ def test_it_is_the_implicit_function_theorem():
 
     h, columns = 1e-5, []
     for i in np.flatnonzero(pairs.kept):
-        ends = (minimum(moved_ray(source.points, i, s), target.points) for s in (h, -h))
+        ends = (minimum(lengthen_ray(source.points, i, s), target.points) for s in (h, -h))
         columns.append(np.subtract(*ends) / (2.0 * h))
     for j in np.unique(index):
-        ends = (minimum(source.points, moved_ray(target.points, j, s)) for s in (h, -h))
+        ends = (minimum(source.points, lengthen_ray(target.points, j, s)) for s in (h, -h))
         columns.append(np.subtract(*ends) / (2.0 * h))
     jacobian = np.column_stack(columns)
     std = 0.1  # more than the residuals show
@@ -92,18 +93,34 @@ def test_a_point_at_the_scanner_itself_is_no_reason_for_nan():
     assert (np.linalg.eigvalsh(covariance) > 0.0).all()
 
 
-@pytest.mark.parametrize("turn", np.arange(12) * math.pi / 6.0)
-def test_nothing_is_promised_along_a_corridor_at_any_heading(turn):
-    """The covariance is infinite on the axes that lean towards it, the information zero."""
+def match_in_corridor(turn):
+    """The result of a match in a corridor that runs at an angle `turn` to the x axis."""
     A = from_xytheta([0.0, 0.0, turn])
-    source, target, _ = matched(3, world=corridor())
-    turned = Target(apply(A, target.points), target.normals @ A[:2, :2].T)
-    result = icp(apply(A, source.points), turned, None, BY_LINE)
+    result = match_two_scans(3, world=corridor())
+    target = Target(apply(A, result.target.points), result.target.normals @ A[:2, :2].T)
+    return icp(apply(A, result.source.points), target, None, BY_LINE)
+
+
+HEADINGS = pytest.mark.parametrize("turn", np.arange(12) * math.pi / 6.0)
+
+
+@HEADINGS
+def test_the_variance_is_infinite_on_the_axes_that_lean_towards_a_corridor(turn):
+    result = match_in_corridor(turn)
+
     variances = np.diag(censi_covariance(result, RANGE_STD))
-    free = np.abs([math.cos(turn), math.sin(turn), 0.0]) > 0.05
-    np.testing.assert_array_equal(np.isinf(variances), free)
-    assert np.sqrt(variances[~free]).max() < 0.01
+
+    is_free = np.abs([math.cos(turn), math.sin(turn), 0.0]) > 0.05
+    np.testing.assert_array_equal(np.isinf(variances), is_free)
+    assert np.sqrt(variances[~is_free]).max() < 0.01
+
+
+@HEADINGS
+def test_there_is_no_information_along_a_corridor(turn):
+    result = match_in_corridor(turn)
+
     information = censi_information(result, RANGE_STD)
+
     along = np.array([math.cos(turn), math.sin(turn), 0.0])
     across = np.array([-along[1], along[0], 0.0])
     np.testing.assert_allclose(information, information.T, atol=1e-9 * information.max())
@@ -112,17 +129,28 @@ def test_nothing_is_promised_along_a_corridor_at_any_heading(turn):
 
 def test_what_is_fused_is_the_most_likely_motion():
     """The estimate and the prior, weighted by their informations, across the cut at π, too."""
-    result = matched(3)[2]
-    P = np.diag([2e-3, 1e-3, 5e-4]) ** 2
-    prior = to_xytheta(result.T_target_source) + np.array([3e-3, -2e-3, math.tau + 1e-3])
-    x, C = fuse(result, RANGE_STD, prior, P)
-    informations = np.linalg.inv(censi_covariance(result, RANGE_STD)), np.linalg.inv(P)
-    np.testing.assert_allclose(censi_information(result, RANGE_STD), informations[0], rtol=1e-6)
-    np.testing.assert_allclose(C, np.linalg.inv(sum(informations)), rtol=1e-6)
+    result = match_two_scans(3)
     estimate = to_xytheta(result.T_target_source)
-    turned = prior - [0.0, 0.0, math.tau]
-    expected = C @ (informations[0] @ estimate + informations[1] @ turned)
-    np.testing.assert_allclose(x - [0.0, 0.0, math.tau], expected, atol=1e-9)
+    near_estimate = estimate + np.array([3e-3, -2e-3, 1e-3])
+    full_turn = np.array([0.0, 0.0, math.tau])
+    prior_covariance = np.diag([2e-3, 1e-3, 5e-4]) ** 2
+
+    mean, covariance = fuse(result, RANGE_STD, near_estimate + full_turn, prior_covariance)
+
+    of_match = np.linalg.inv(censi_covariance(result, RANGE_STD))
+    of_prior = np.linalg.inv(prior_covariance)
+    np.testing.assert_allclose(covariance, np.linalg.inv(of_match + of_prior), rtol=1e-6)
+    expected = covariance @ (of_match @ estimate + of_prior @ near_estimate)
+    np.testing.assert_allclose(mean - full_turn, expected, atol=1e-9)
+
+
+def test_the_information_is_the_inverse_of_the_covariance():
+    result = match_two_scans(3)
+
+    information = censi_information(result, RANGE_STD)
+
+    inverse = np.linalg.inv(censi_covariance(result, RANGE_STD))
+    np.testing.assert_allclose(information, inverse, rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -161,16 +189,17 @@ def test_point_to_point_knows_that_its_pairs_stick():
     """Without the slip its mean NEES is 230, where 3 is right."""
     nees = []
     for seed in range(20):
-        result = matched(seed, IcpParameters())[2]
+        result = match_two_scans(seed, IcpParameters())
         error = to_xytheta(result.T_target_source) - to_xytheta(MOTION)
         nees.append(error @ np.linalg.solve(censi_covariance(result, RANGE_STD), error))
+
     assert np.mean(nees) < 12.0
 
 
 def test_rough_surfaces_count_as_noise():
     """A wall of gravel, measured without noise: its residuals say how far to trust it."""
     rng = np.random.default_rng(0)
-    smooth, _, _ = matched(2)
+    smooth = match_two_scans(2).source
     shape = smooth.points.shape
     rough = [
         Scan(points=smooth.points + rng.normal(0.0, 0.02, shape), beams=smooth.beams)

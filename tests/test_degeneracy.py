@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit import IcpParameters, Scan, Target, icp
+from labkit import IcpParameters, Scan, icp
 from labkit.degeneracy import free_motions, observability, spread_ratio
 from labkit.line_alignment import line_information
 from labkit.odometry import OdometryParameters
@@ -24,42 +24,53 @@ angles = st.floats(-math.pi, math.pi)
 MOTION = transform(0.1, 0.05, math.radians(3.0))
 
 
-def matched(world, rng, metric=BY_LINE):
-    """Source, target and result of a match between two noisy looks at `world`."""
-    rng = np.random.default_rng(rng)
-    target, source = (cast(world, T, Lidar(), rng=rng) for T in (np.eye(3), MOTION))
-    target = Target(target)
-    return source, target, icp(source, target, None, metric)
-
-
-def seen(source, target, result):
-    return observability(result.correspondences, target)
+def match_two_scans(world, seed, metric=BY_LINE):
+    """The result of a match between two noisy scans of a world."""
+    rng = np.random.default_rng(seed)
+    target = cast(world, np.eye(3), Lidar(), rng=rng)
+    source = cast(world, MOTION, Lidar(), rng=rng)
+    return icp(source, target, None, metric)
 
 
 @pytest.mark.slow
 def test_corridors_are_flagged_and_rooms_are_not():
     """50 draws of noise of each: the flag is the data's, not one seed's luck."""
-    flagged = {
-        world: np.mean([seen(*matched(world(), seed)).degenerate for seed in range(50)])
+    flags = {
+        world: [match_two_scans(world(), seed).observability.degenerate for seed in range(50)]
         for world in (corridor, room)
     }
-    assert flagged[corridor] == 1.0
-    assert flagged[room] == 0.0
+
+    assert all(flags[corridor])
+    assert not any(flags[room])
+
+
+def match_shifted_wall(angle, metric):
+    """The direction of a wall, and the match of the wall with itself, shifted along it."""
+    along, away = rotation(angle).T
+    wall = np.linspace(-2.0, 2.0, 81)[:, None] * along + 1.5 * away
+    return along, icp(wall[10:-10] + 0.3 * along, wall, None, metric)
 
 
 @METRICS
 @ANGLES
 def test_a_wall_shifted_along_itself_is_reported_as_unobservable(metric, angle):
     """Not as no motion: the result names the direction, whatever the estimate is."""
-    along, away = rotation(angle).T
-    wall = np.linspace(-2.0, 2.0, 81)[:, None] * along + 1.5 * away
-    result = icp(wall[10:-10] + 0.3 * along, wall, None, metric)
-    assert result.converged
-    assert result.unobservable
+    along, result = match_shifted_wall(angle, metric)
+
     (free,) = result.observability.free.T
+
+    assert result.converged
     np.testing.assert_allclose(abs(free @ [*along, 0.0]), 1.0, atol=1e-6)
+
+
+@METRICS
+@ANGLES
+def test_a_free_shift_is_named_by_its_direction(metric, angle):
+    along, result = match_shifted_wall(angle, metric)
+
     (words,) = result.unobservable
     x, y = map(float, re.fullmatch(r"shift along \((.+), (.+)\)", words).groups())
+
     np.testing.assert_allclose(abs(along @ [x, y]), 1.0, atol=0.01)
     assert "-0.00" not in words
     assert result.message == f"{result.termination.value}; unobservable: {words}"
@@ -70,9 +81,12 @@ def test_a_free_turn_is_about_the_point_that_stays(x, y, start, frame):
     """An arc of a circle, whose centroid is not its centre, anywhere."""
     arc = rotation(start + np.linspace(0.0, 4.0, 80))[:, :, 0]
     A = transform(x, y, frame)
-    (words,) = free_motions(line_information(apply(A, 2.0 * arc), arc @ A[:2, :2].T))
-    cx, cy = map(float, re.fullmatch(r"turn about \((.+), (.+)\)", words).groups())
-    np.testing.assert_allclose([cx, cy], [x, y], atol=0.02)
+    information = line_information(apply(A, 2.0 * arc), arc @ A[:2, :2].T)
+
+    (words,) = free_motions(information)
+
+    center = re.fullmatch(r"turn about \((.+), (.+)\)", words).groups()
+    np.testing.assert_allclose([float(number) for number in center], [x, y], atol=0.02)
 
 
 def test_a_failed_match_and_a_scene_without_surfaces_say_nothing():
@@ -86,21 +100,35 @@ def test_a_failed_match_and_a_scene_without_surfaces_say_nothing():
 
 @METRICS
 def test_observability_is_the_information_of_the_kept_pairs(metric):
-    source, target, result = matched(room(), 4, metric)
+    result = match_two_scans(room(), 4, metric)
     pairs = result.correspondences
-    normals = target.normals[pairs.target_index]
+    normals = result.target.normals[pairs.target_index]
     used = pairs.kept & np.isfinite(normals[:, 0])
+    moved = apply(result.T_target_source, result.source.points)
+
+    information = observability(pairs, result.target)
+
     assert used.sum() > 100
-    moved = apply(result.T_target_source, source.points)
     expected = line_information(moved[used], normals[used], pairs.weights[used])
+    np.testing.assert_allclose(information.values, expected.values, rtol=1e-9)
     np.testing.assert_allclose(result.observability.values, expected.values, rtol=1e-9)
-    np.testing.assert_allclose(seen(source, target, result).values, expected.values, rtol=1e-9)
-    own = target.normals[pairs.target_index] @ rotation(0.1).T  # as if measured a second time
-    own[::3] = np.nan
-    used &= np.isfinite(own[:, 0])
-    twice = line_information(moved[used], normals[used], pairs.weights[used], own[used])
-    found = observability(pairs, target, own)
-    np.testing.assert_allclose(found.values, twice.values, rtol=1e-9)
+
+
+@METRICS
+def test_only_pairs_with_both_normals_count_where_the_source_has_its_own(metric):
+    result = match_two_scans(room(), 4, metric)
+    pairs = result.correspondences
+    normals = result.target.normals[pairs.target_index]
+    source_normals = normals @ rotation(0.1).T  # as if measured a second time
+    source_normals[::3] = np.nan
+
+    information = observability(pairs, result.target, source_normals)
+
+    used = pairs.kept & np.isfinite(normals[:, 0]) & np.isfinite(source_normals[:, 0])
+    expected = line_information(
+        pairs.source[used], normals[used], pairs.weights[used], source_normals[used]
+    )
+    np.testing.assert_allclose(information.values, expected.values, rtol=1e-9)
 
 
 GRID = np.stack(np.meshgrid(np.linspace(-4, 4, 9), np.linspace(-1, 1, 5)), axis=-1).reshape(-1, 2)

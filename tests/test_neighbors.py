@@ -29,8 +29,8 @@ def wall(seed, count):
 scenes = st.one_of(lattice, clouds, st.builds(wall, seeds, st.integers(1, 300)))
 
 
-def table(points, target):
-    """All squared distances, by the same sums as everywhere."""
+def squared_distances(points, target):
+    """All squared distances, (N, M), by the sums that the grid computes."""
     dx, dy = (points[:, None] - target).transpose(2, 0, 1)
     return dx * dx + dy * dy
 
@@ -39,37 +39,44 @@ def table(points, target):
 def test_grid_and_brute_force_agree_bit_for_bit(points, target):
     index, distance = NearestNeighbors(target).query(points)
     np.testing.assert_array_equal(index, nearest_by_brute_force(points, target))
-    np.testing.assert_array_equal(distance, np.sqrt(table(points, target).min(axis=1)))
+    np.testing.assert_array_equal(distance, np.sqrt(squared_distances(points, target).min(axis=1)))
 
 
 @given(scenes, scenes, st.sampled_from([0.1, 0.5, 3.0, 1e4]), seeds)
 def test_what_a_search_remembers_changes_no_answer(points, target, reach, seed):
     """It ends at its reach, and keeps a partner only where no other point can be nearer."""
-    rng, count = np.random.default_rng(seed), len(points)
+    rng = np.random.default_rng(seed)
+    count = len(points)
     candidates = rng.integers(len(target), size=(count, 2))
     grid = NearestNeighbors(target).grid
     search = Search(grid, candidates, np.zeros((count, 2)), np.zeros(count))
+
     for step in (0.0, 0.5, 0.1, 0.01, 0.001, 0.0):
         points = points + step * rng.normal(size=points.shape)
         index, distance = nearest(points, search, reach)
-        squares = table(points, target)
-        there = squares.min(axis=1) <= reach**2
-        np.testing.assert_array_equal(index[there], squares.argmin(axis=1)[there])
-        np.testing.assert_array_equal(distance[there], np.sqrt(squares.min(axis=1)[there]))
-        assert (index[~there] == -1).all()
-        assert np.isposinf(distance[~there]).all()
+
+        squares = squared_distances(points, target)
+        is_near = squares.min(axis=1) <= reach**2
+        expected_index = np.where(is_near, squares.argmin(axis=1), -1)
+        expected_distance = np.where(is_near, np.sqrt(squares.min(axis=1)), np.inf)
+        np.testing.assert_array_equal(index, expected_index)
+        np.testing.assert_array_equal(distance, expected_distance)
 
 
 @given(scenes, st.sampled_from([0.1, 0.5, 1e4]), st.floats(0.0, 1e3))
 def test_the_nearest_few_are_found_in_order(target, reach, radius):
-    grid, rows, squares = NearestNeighbors(target).grid, np.empty(7, np.intp), np.empty(7)
+    grid = NearestNeighbors(target).grid
+    rows = np.empty(7, np.intp)
+    squares = np.empty(7)
+
     for x, y in target[:10] + 0.01:
-        found = neighbors_of(x, y, grid, reach, radius, rows, squares)
-        every = table(np.array([[x, y]]), target)[0]
-        order = np.lexsort([np.arange(len(target)), every])
-        expected = [k for k in order if every[k] <= reach**2][:7]
-        np.testing.assert_array_equal(rows[:found], expected)
-        np.testing.assert_array_equal(squares[:found], every[expected])
+        count = neighbors_of(x, y, grid, reach, radius, rows, squares)
+
+        all_squares = squared_distances(np.array([[x, y]]), target)[0]
+        order = np.lexsort([np.arange(len(target)), all_squares])
+        expected = [k for k in order if all_squares[k] <= reach**2][:7]
+        np.testing.assert_array_equal(rows[:count], expected)
+        np.testing.assert_array_equal(squares[:count], all_squares[expected])
 
 
 @given(st.lists(st.integers(0, 9), min_size=1), st.data())

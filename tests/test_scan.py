@@ -61,6 +61,16 @@ def test_points_and_beams_go_together(ranges):
     np.testing.assert_allclose(np.hypot(*scan.points.T), scan.ranges[scan.beams], rtol=1e-14)
 
 
+@given(st.lists(st.floats(allow_nan=True, allow_infinity=True), max_size=20))
+def test_a_scan_from_ranges_passes_the_checks_of_a_scan_made_by_its_parts(ranges):
+    scan = Scan.from_ranges(ranges, np.linspace(-2.0, 2.0, len(ranges)), stamp=2.5)
+
+    made_by_parts = Scan(**vars(scan))
+
+    for name, values in vars(scan).items():
+        np.testing.assert_array_equal(getattr(made_by_parts, name), values)
+
+
 def test_select_takes_points_with_their_beams():
     scan = Scan.from_ranges([1.0, INF, 2.0, 3.0], [0.0, 0.1, 0.2, 0.3], stamp=1.0)
     for kept in (np.array([False, True, True]), np.array([1, 2])):

@@ -28,11 +28,19 @@ metres = st.floats(-1e3, 1e3)
 poses = st.tuples(metres, metres, angles).map(np.array)
 
 
-def test_wrap_leaves_an_angle_inside_bit_for_bit_takes_the_half_turn_as_plus_pi_and_keeps_nan():
-    np.testing.assert_array_equal(wrap([-PI, PI, 3 * PI, -3 * PI, math.nan]), [PI] * 4 + [math.nan])
+def test_wrap_leaves_an_angle_inside_the_interval_bit_for_bit():
     inside = np.array([angle for angle in ANGLES if angle != -PI])
+
+    one_by_one = np.array([wrap(angle) for angle in inside])
+
     assert wrap(inside).tobytes() == inside.tobytes()
-    assert np.array([wrap(angle) for angle in inside]).tobytes() == inside.tobytes()
+    assert one_by_one.tobytes() == inside.tobytes()
+
+
+def test_wrap_takes_the_half_turn_as_plus_pi_and_keeps_nan():
+    wrapped = wrap([-PI, PI, 3 * PI, -3 * PI, math.nan])
+
+    np.testing.assert_array_equal(wrapped, [PI, PI, PI, PI, math.nan])
 
 
 @pytest.mark.parametrize("towards", [-math.inf, math.inf])
@@ -53,61 +61,111 @@ def test_wrap_takes_away_whole_turns(angle):
     assert wrap(wrapped) == wrapped
 
 
-def test_a_rotation_is_proper_and_comes_back():
-    """A rotation by θ takes (1, 0) to (cos θ, sin θ): counter-clockwise."""
-    for angle in ANGLES:
-        R = rotation(angle)
-        np.testing.assert_array_equal(R[:, 0], [math.cos(angle), math.sin(angle)])
-        np.testing.assert_allclose(R @ R.T, np.eye(2), atol=1e-15)
-        assert np.linalg.det(R) == pytest.approx(1.0, abs=1e-15)
-        back = to_xytheta(transform(0.0, 0.0, angle))[2]
-        assert -PI < back <= PI
-        assert abs(wrap(back - angle)) <= np.spacing(PI)
+@pytest.mark.parametrize("angle", ANGLES)
+def test_a_rotation_is_proper_and_counter_clockwise(angle):
+    R = rotation(angle)
+
+    np.testing.assert_array_equal(R[:, 0], [math.cos(angle), math.sin(angle)])
+    np.testing.assert_allclose(R @ R.T, np.eye(2), atol=1e-15)
+    assert np.linalg.det(R) == pytest.approx(1.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_an_angle_comes_back_from_a_transform(angle):
+    theta = to_xytheta(transform(0.0, 0.0, angle))[2]
+
+    assert -PI < theta <= PI
+    assert abs(wrap(theta - angle)) <= np.spacing(PI)
+
+
+def assert_same(actual, expected, *rows):
+    """Equal but for rounding, which grows with the numbers in the rows (x, y, θ)."""
+    size = 1.0 + max(np.abs(row).max() for row in rows)
+    np.testing.assert_allclose(actual, expected, atol=1e-14 * size)
 
 
 @given(poses, poses, poses)
-def test_the_group_laws(first, second, third):
-    A, B, C = map(from_xytheta, (first, second, third))
-    size = 1.0 + np.abs([first, second, third]).max()
-    np.testing.assert_allclose((A @ B) @ C, A @ (B @ C), atol=1e-14 * size)
-    np.testing.assert_allclose(invert(A) @ A, np.eye(3), atol=1e-14 * size)
-    np.testing.assert_allclose(A @ invert(A), np.eye(3), atol=1e-14 * size)
-    np.testing.assert_allclose(invert(A @ B), invert(B) @ invert(A), atol=1e-14 * size)
+def test_composition_is_associative(row_a, row_b, row_c):
+    A, B, C = map(from_xytheta, (row_a, row_b, row_c))
+
+    assert_same((A @ B) @ C, A @ (B @ C), row_a, row_b, row_c)
     np.testing.assert_array_equal(compose(A, B, C), A @ B @ C)
+
+
+def test_nothing_composed_is_the_identity():
     np.testing.assert_array_equal(compose(), np.eye(3))
-    np.testing.assert_allclose(A @ relative(A, B), B, atol=1e-14 * size)
+
+
+@given(poses)
+def test_a_transform_and_its_inverse_make_the_identity(row):
+    A = from_xytheta(row)
+
+    assert_same(invert(A) @ A, np.eye(3), row)
+    assert_same(A @ invert(A), np.eye(3), row)
     np.testing.assert_array_equal(invert(invert(A))[:2, :2], A[:2, :2])
 
 
 @given(poses, poses)
-def test_apply_is_an_action_of_the_group(first, second):
-    A, B = from_xytheta(first), from_xytheta(second)
-    points = np.array([[0.0, 0.0], [1.0, 0.0], [-2.5, 7.0]])
-    size = 10.0 + np.abs([first, second]).max()
-    np.testing.assert_allclose(apply(A, apply(B, points)), apply(A @ B, points), atol=1e-14 * size)
-    np.testing.assert_array_equal(apply(np.eye(3), points), points)
-    homogeneous = np.column_stack([points, np.ones(3)]) @ A.T
-    np.testing.assert_allclose(apply(A, points), homogeneous[:, :2], atol=1e-14 * size)
+def test_the_inverse_of_a_product_is_the_product_of_the_inverses_in_reverse(row_a, row_b):
+    A, B = from_xytheta(row_a), from_xytheta(row_b)
+
+    assert_same(invert(A @ B), invert(B) @ invert(A), row_a, row_b)
+
+
+@given(poses, poses)
+def test_a_relative_pose_leads_from_the_first_to_the_second(row_a, row_b):
+    A, B = from_xytheta(row_a), from_xytheta(row_b)
+
+    assert_same(A @ relative(A, B), B, row_a, row_b)
+
+
+POINTS = np.array([[0.0, 0.0], [1.0, 0.0], [-2.5, 7.0]])
+
+
+@given(poses, poses)
+def test_applying_two_transforms_applies_their_product(row_a, row_b):
+    A, B = from_xytheta(row_a), from_xytheta(row_b)
+
+    assert_same(apply(A, apply(B, POINTS)), apply(A @ B, POINTS), row_a, row_b, 10.0)
+
+
+@given(poses)
+def test_to_apply_is_to_multiply_homogeneous_coordinates(row):
+    A = from_xytheta(row)
+    homogeneous = np.column_stack([POINTS, np.ones(3)])
+
+    assert_same(apply(A, POINTS), (homogeneous @ A.T)[:, :2], row, 10.0)
+
+
+def test_the_identity_moves_no_point():
+    np.testing.assert_array_equal(apply(np.eye(3), POINTS), POINTS)
 
 
 @pytest.mark.parametrize("shape", [(), (1,), (5,), (2, 3), (0,)])
-def test_stacks_go_through_every_function(shape):
-    rng = np.random.default_rng(1)
-    rows = rng.uniform(-3.0, 3.0, (*shape, 3))
+def test_a_stack_goes_through_every_function(shape):
+    rows = np.random.default_rng(1).uniform(-3.0, 3.0, (*shape, 3))
     T = from_xytheta(rows)
-    points = rng.uniform(-1.0, 1.0, (4, 2))
-    for result in (T, invert(T), relative(T, T), compose(T, T)):
-        assert result.shape == (*shape, 3, 3)
+
+    assert {stack.shape for stack in (T, invert(T), relative(T, T), compose(T, T))} == {
+        (*shape, 3, 3)
+    }
     assert to_xytheta(T).shape == (*shape, 3)
     assert rotation(rows[..., 2]).shape == (*shape, 2, 2)
     assert wrap(rows[..., 2]).shape == shape
-    assert apply(T, points).shape == (*shape, 4, 2)
+    assert apply(T, POINTS).shape == (*shape, 3, 2)
+
+
+@pytest.mark.parametrize("shape", [(5,), (2, 3)])
+def test_a_stack_is_its_entries_one_by_one(shape):
+    rows = np.random.default_rng(1).uniform(-3.0, 3.0, (*shape, 3))
+    T = from_xytheta(rows)
+
     for place in np.ndindex(shape):
         np.testing.assert_array_equal(T[place], transform(*rows[place]))
         np.testing.assert_array_equal(invert(T)[place], invert(T[place]))
         np.testing.assert_array_equal(to_xytheta(T)[place], to_xytheta(T[place]))
         np.testing.assert_array_equal(rotation(rows[..., 2])[place], rotation(rows[place][2]))
-        np.testing.assert_allclose(apply(T, points)[place], apply(T[place], points), atol=1e-15)
+        np.testing.assert_allclose(apply(T, POINTS)[place], apply(T[place], POINTS), atol=1e-14)
 
 
 @pytest.mark.parametrize("kind", [np.float32, np.int64, np.longdouble])

@@ -175,7 +175,8 @@ def as_pose(pose: ArrayLike, name: str, *, gaps: bool = False) -> FloatArray:
     """Check one pose, (x, y, θ) or a transform (3, 3) or (4, 4), as `as_poses`: the row (3,)."""
     checked = as_floats(pose, name, hint="give three numbers: metres, metres, radians")
     if checked.shape in {(3,), (3, 3), (4, 4)}:
-        return as_poses([checked], name, gaps=gaps)[0]
+        row: FloatArray = as_poses([checked], name, gaps=gaps)[0]
+        return row
     return as_numbers(checked, name)  # raises an error
 
 
