@@ -118,6 +118,7 @@ possible, also one beyond a right angle.
 """, oracle=labkit.align, visible={
     "a triangle after a wide turn": (TRIANGLE, _turned(2.0)),
     "noisy pairs": _pairs(6, LEFT),
+    "noisy pairs after a turn to the right": _pairs(5, RIGHT),
 }, hidden={
     "noisy pairs": _pairs(20, RIGHT, noise=0.05),
     "more than a right angle to the left": _pairs(10, WIDE),
@@ -130,6 +131,8 @@ possible, also one beyond a right angle.
         {"np.arctan2(b,": "np.arctan2(-b,"}),
     "arctan_of_ratio": ("arctan(b / a) cannot tell (a, b) from (−a, −b): take arctan2.",
         {"np.arctan2(b, (x * y).sum())": "np.arctan(b / (x * y).sum())"}),
+    "sign_lost": ("The angle has lost its sign, as `arccos` loses it: turns to the right go wrong.",
+        {"np.arctan2(b, (x * y).sum())": "abs(np.arctan2(b, (x * y).sum()))"}),
     "arctan2_swapped": ("The arguments of arctan2 are swapped: it takes b first, then a.",
         {"np.arctan2(b, (x * y).sum())": "np.arctan2((x * y).sum(), b)"}),
     "not_centred": ("The points are not centred: a and b sum the points less centroids.",
@@ -166,6 +169,7 @@ not sum up to one; some may be zero.
         np.vstack([_turned(2.0), [[9.0, 9.0]]]),
         np.array([1.0, 1.0, 1.0, 0.0])),
     "a wrong pair with a small weight": _weighted(_pairs(6, LEFT), 0.4, 1.0),
+    "weights above one, and a turn to the right": _weighted(_pairs(6, RIGHT), 4.0, 30.0),
 }, hidden={
     "weights below one": _weighted(_pairs(10, LEFT), 0.4, 1.0),
     "weights above one": _weighted(_pairs(10, RIGHT), 4.0, 30.0),

@@ -126,6 +126,9 @@ Of $N$ pairs keep the $\lfloor\rho N\rfloor$ closest, but at least 3. The pairs 
         np.array([0.31, 0.02, 0.9, 0.45, 0.11, 0.73, 0.2, 1.4, 0.64, 0.57]), 0.75),
     "all": (np.array([0.5, 0.1, 0.9]), 1.0),
     "at least three": (np.array([0.5, 0.1, 0.9, 0.2, 0.4, 0.7]), 0.3),
+    "three quarters of nine": (
+        np.array([0.8, 0.15, 0.5, 0.33, 1.2, 0.05, 0.61, 0.27, 0.94]), 0.75),
+    "three quarters of eight": (np.array([0.7, 0.3, 1.1, 0.2, 0.9, 0.4, 0.6, 0.1]), 0.75),
 }, hidden={
     "a share that is rounded down much": _trimmed(11, 0.7),
     "a share that is rounded down little": _trimmed(9, 0.6),

@@ -51,11 +51,16 @@ def _step(
     rmse: float = 0.04,
     heading: float | None = None,
 ) -> Arguments:
-    """A step before the sanity check; `heading` fixes the way that it goes."""
+    """A step before the sanity check; `heading` fixes the way that it goes.
+
+    The limits are others in each case, and each quantity goes with its own.
+    """
     vary = rng.number(0.9, 1.1)
     way = rng.number(-0.6, 0.6) if heading is None else heading
-    increment = vary * np.array([length * math.cos(way), length * math.sin(way), turn])
-    return increment, vary * ratio, vary * rmse, *LIMITS
+    scales = rng.choice([0.5, 1.125], 4)
+    far, wide, *fit = (float(one) for one in vary * scales * (length, turn, ratio, rmse))
+    increment = np.array([far * math.cos(way), far * math.sin(way), wide])
+    return increment, *fit, *(float(one) for one in scales * LIMITS)
 
 
 def _is_plausible(
@@ -76,9 +81,10 @@ Each increment $(\Delta x, \Delta y, \Delta\psi)$ is expressed in the frame of t
 Chain them to poses in the frame of the start. Headings are to lie in $(-\pi, \pi]$.
 """, oracle=labkits_integrate, visible={
     "ahead, a quarter turn, ahead": (
-        np.array([[1.0, 0.0, math.pi / 2], [1.0, 0.0, 0.0]]), np.zeros(3)),
+        np.array([[1.0, 0.0, math.pi / 2], [1.5, 0.0, 0.0]]), np.array([2, -1, 0])),
     "a curve from another start": _increments(3, 0.2, 0.5),
     "a loop past half a turn": _increments(5, 0.8, 0.9),
+    "half a turn on the way": Exact(_half_turn),
 }, hidden={
     "a loop past half a turn": _increments(8, 0.5, 0.9),
     "a loop to the right past half a turn": _increments(9, -0.9, -0.6),
@@ -93,6 +99,8 @@ Chain them to poses in the frame of the start. Headings are to lie in $(-\pi, \p
         {HEADING: "psi + increment[2]"}),
     "wrapped_to_full_turn": ("The headings are wrapped to [0, 2π): the convention is (−π, π].",
         {HEADING: "(psi + increment[2]) % (2 * np.pi)"}),
+    "half_open": ("The headings are wrapped to [−π, π); half a turn stays π, in (−π, π].",
+        {HEADING: "(psi + increment[2] + np.pi) % (2 * np.pi) - np.pi"}),
     "new_heading": ("The step is turned by the new heading ψ_{k+1}; it is in scan k's frame.",
         {"rotation(psi)": "rotation(psi + increment[2])"}),
     "mean_heading": ("The step is turned by the mean of both headings, as wheels are "
@@ -128,7 +136,7 @@ single pair has the RMSE `nan`; nobody should believe it.
 """, oracle=_is_plausible, visible={
     "an ordinary step": _step(),
     "too few inliers": _step(ratio=0.2),
-    "an ordinary turn": _step(length=0.05, turn=0.5),
+    "an ordinary turn": _step(length=0.0, turn=0.5),
     "a turn too far to the right": _step(turn=-1.1),
     "a step on all limits": ON_ALL_LIMITS,
     "a large residual": _step(rmse=0.2),
@@ -140,6 +148,8 @@ single pair has the RMSE `nan`; nobody should believe it.
     "an ordinary step back": _step(length=-0.3),
     "a step to the left, too far": _step(length=0.7, heading=math.pi / 2),
     "an ordinary step to the left": _step(heading=math.pi / 2),
+    "a turn too far to the left": _step(turn=1.1),
+    "an ordinary turn to the right": _step(turn=-0.4),
 }, hidden={
     "an ordinary step back": _step(length=-0.3),
     "an ordinary turn to the right": _step(turn=-0.5),
@@ -150,6 +160,8 @@ single pair has the RMSE `nan`; nobody should believe it.
     "a step aslant, too far": _step(length=0.6, heading=DIAGONAL),
     "a step back, too far": _step(length=-0.9),
     "a turn too far to the right": _step(turn=-1.2),
+    "a turn too far to the left": _step(turn=1.2),
+    "an ordinary turn to the left": _step(turn=0.5),
     "too few inliers": _step(ratio=0.2),
     "a large residual": _step(rmse=0.3),
     "a residual that is no number": _step(rmse=math.nan),
