@@ -89,6 +89,27 @@ def test_the_cost_never_rises_and_the_rmse_of_the_kept_pairs_may(sample):
     assert rises["cost J"] == 0 < rises["RMSE of the kept"]
 
 
+@on_other_samples(
+    edits(
+        "numbers = range(100, 3800, 60)", *(f"numbers = range({k}, 3800, 60)" for k in (110, 120))
+    )
+)
+def test_with_a_tolerance_of_a_millimetre_some_run_stops_centimetres_too_early(sample):
+    left_over = run_cells("04", sample, "tolerances-table")["left_over"]
+    median, worst = left_over[1e-3]
+    assert median < 2.0  # mm
+    assert worst > 30.0
+    assert left_over[1e-6][1] < 0.01
+
+
+@on_other_samples(edits('"Two rooms"', '"Room"', '"Killian Court 101: a room"'))
+def test_in_one_room_a_wide_gate_finds_more_and_both_gates_end_alike(sample):
+    names = run_cells("04", sample, "basin-table")
+    found = {gate: np.mean(errors < 0.10) for gate, errors in names["basin"].items()}
+    assert found[1.0] > 2 * found[0.25]
+    assert abs(names["typical"][1.0] - names["typical"][0.25]) < 1.0  # mm
+
+
 # Chapter 5
 
 
@@ -136,13 +157,19 @@ def test_from_scan_600_the_lines_end_six_metres_off(sample):
 # Chapter 6
 
 
-@on_other_samples(
-    edits("default_rng(3)", *(f"default_rng({seed})" for seed in SEEDS))
-    + edits(
-        "T_w_older = labkit.transform(0.5, -0.4, 0.3)",
-        *(f"T_w_older = labkit.transform({place})" for place in PLACES),
-    )
+LOOKS = edits("default_rng(3)", *(f"default_rng({seed})" for seed in SEEDS)) + edits(
+    "T_w_older = labkit.transform(0.5, -0.4, 0.3)",
+    *(f"T_w_older = labkit.transform({place})" for place in PLACES),
 )
+
+
+@on_other_samples(LOOKS)
+def test_more_of_the_distance_between_neighbours_lies_along_the_wall_than_across_it(sample):
+    across, along = run_cells("06", sample, "split")["parts"]
+    assert along > 1.2 * across
+
+
+@on_other_samples(LOOKS)
 def test_lines_need_fewer_steps_and_have_the_heading_first(sample):
     names = run_cells("06", sample, "race-run")
     points, lines = (names["runs"][metric] for metric in names["metrics"])
@@ -200,6 +227,22 @@ def test_among_doorways_the_robot_seems_to_drive_backwards(sample):
     assert slipped.converged
     assert abs(slipped.T_target_source[0, 2] + 0.6) < 0.02
     assert slipped.inlier_rmse < 1.15 * right.inlier_rmse
+
+
+@on_other_samples(edits("in range(10)]", "in range(100, 110)]", "in range(200, 210)]"))
+def test_where_less_is_shared_than_kept_a_match_fails_and_an_overlap_that_fits_is_best(sample):
+    names = run_cells("07", sample, "turn-sweep")
+    at = names["turns"].index
+    assert names["fixed"][at(40)] < 0.1 < names["fixed"][at(60)]
+    assert (names["adapted"][at(60) :] < names["gated"][at(60) :]).all()
+    assert (names["gated"][at(60) :] < 0.3 * names["fixed"][at(60) :]).all()
+
+
+@on_other_samples(edits("T_step, 4, lidar", *(f"T_step, {seed}, lidar" for seed in SEEDS)))
+def test_of_starts_with_many_headings_the_cheapest_end_is_the_right_one(sample):
+    names = run_cells("07", sample, "restart-run")
+    assert names["comes_home"](names["best"])
+    assert names["costs"][names["at_home"]].max() < 0.1 * names["costs"][~names["at_home"]].min()
 
 
 # Chapter 8
