@@ -306,9 +306,14 @@ def test_a_whole_repository_is_graded_by_what_is_ones_own(graded, read, tmp_path
     assert graded(read_files(handed_in.files)[0], ASSIGNMENT).score == 100.0
 
 
-def test_a_package_that_is_not_there_is_named(graded):
-    """Law 4."""
-    changed = {"wrap": "def wrap(angle):\n    import nothing_of_this_name\n    return angle\n"}
+@pytest.mark.parametrize("code", [
+    "def wrap(angle):\n    import nothing_of_this_name\n    return angle\n",
+    "from nothing_of_this_name import Angle\n\n\ndef wrap(angle):\n    return Angle(angle)\n",
+    "import nothing_of_this_name as no\n\n\ndef wrap(angle):\n    return no.wrap(angle)\n",
+])  # fmt: skip
+def test_a_package_that_is_not_there_is_named(code, graded):
+    """Law 4: also where its import stands above the function."""
+    changed = {"wrap": code}
 
     verdict = graded({"a.ipynb": answered(changed)}, ASSIGNMENT)
 

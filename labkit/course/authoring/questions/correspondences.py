@@ -260,7 +260,7 @@ def inlier_rmse(distances, kept):
     return np.sqrt(np.mean(distances[kept] ** 2))
 
 
-@question("The fitness", points=2, answer=Answer.NUMBER, low=0.0, high=1.0,
+@question("The fitness", points=2, answer=Answer.NUMBER, low=0.0, high=1.0, chance=0.34,
     chapter="the errata, “A cost that means something”",
     task=r"""
 Say how much of the scan found a partner: the share of the source points whose pair is kept. An RMSE

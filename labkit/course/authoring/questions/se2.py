@@ -146,7 +146,7 @@ def invert(T_a_b):
     return T_b_a
 
 
-@question("Wrapping an angle", points=2, answer=Answer.NUMBER, chance=0.28, unit="rad",
+@question("Wrapping an angle", points=2, answer=Answer.NUMBER, chance=0.34, unit="rad",
     chapter="chapter 1, “Rotation”",
     task=r"""
 An angle is known only up to full turns. Return the one in $(-\pi, \pi]$ that means the same turn.

@@ -137,6 +137,9 @@ class Session:
                     self.run(node, label)
             except BaseException as error:
                 fault = fault or f"{label} did not run to its end: {self.text(error)}"
+                if isinstance(error, ModuleNotFoundError):
+                    absent = dict.fromkeys(parsing.imported(node), standins.Absent(error))
+                    self.space.update(absent)
             if not defines:
                 self.left -= time.process_time() - start
         return fault

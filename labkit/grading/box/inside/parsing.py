@@ -72,6 +72,13 @@ def is_definition(node: ast.stmt) -> bool:
     return isinstance(node, DEFINITIONS if calls else (*DEFINITIONS, ast.Assign, ast.AnnAssign))
 
 
+def imported(node: ast.stmt) -> list[str]:
+    """The names that an import binds; none of another statement."""
+    if not isinstance(node, ast.Import | ast.ImportFrom):
+        return []
+    return [alias.asname or alias.name.partition(".")[0] for alias in node.names]
+
+
 def is_stub(value: Any) -> bool:
     """True if a function does nothing but raise `NotImplementedError`, as it was handed out."""
     code = getattr(value, "__code__", None)

@@ -63,6 +63,20 @@ class StandIn(types.ModuleType):
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __or__ = __call__
 
 
+class Absent:
+    """A name from a package that is not installed: its use raises what its import raised."""
+
+    def __init__(self, error: ModuleNotFoundError) -> None:
+        self.error = error
+
+    def __getattr__(self, name: str) -> Any:
+        raise self.error
+
+    def __call__(self, *_: Any, **__: Any) -> Any:
+        """Raise what the import raised."""
+        raise self.error
+
+
 class Bar(StandIn):
     """A bar of tqdm: it goes through what it was given."""
 
