@@ -79,6 +79,8 @@ def change_pictures(folder: Path, pages: dict[Path, str]) -> None:
 def say_once(written: str) -> str:
     """The state of a page's widgets with each text of a module once, by a name (`widgets.js`)."""
     told = json.loads(written)
+    if "texts" in told:  # of a page that an earlier build wrote
+        return written
     texts = {}
     for widget in told["state"].values():
         for key in {"_esm", "_css"} & widget["state"].keys():
