@@ -1,15 +1,18 @@
 """What the search looks in: the sections of all pages, terms, exercises, and messages of errors.
 
 They stand in one script, which only the search loads (`search.js`), so that it finds the same
-where the book is a folder: there no page may read another.
+where the book is a folder: there no page may read another. Its index is lunr's, a library that
+comes with mkdocs.
 """
 
 from __future__ import annotations
 
 import json
 import re
+import shutil
 import unicodedata
 from collections.abc import Iterator
+from importlib.metadata import distribution
 from pathlib import Path
 
 from docutils import nodes
@@ -17,14 +20,17 @@ from sphinx import addnodes
 from sphinx.application import Sphinx
 
 FILE = "excerpts.js"
+LUNR = Path(
+    str(distribution("mkdocs").locate_file("mkdocs/contrib/search/templates/search/lunr.js"))
+)
 MESSAGES = "what you see"  # the head of a table whose rows begin with a message
 UNREAD = (nodes.comment, nodes.raw, nodes.target, nodes.substitution_definition)
 UNREAD += (nodes.literal_block, nodes.math_block)
-Entry = tuple[str, str, str]  # anchor, title, text
+Entry = tuple[str, str, str, str]  # anchor, kind, title, text
 
 
 def write_excerpts(app: Sphinx, error: Exception | None) -> None:
-    """Write the script when the pages are built: page, its title, anchor, title and text."""
+    """Write the script when the pages are built: page, its title, and the parts of an `Entry`."""
     if error is None and app.builder.name == "html":
         told = []
         for page in sorted(app.env.found_docs):
@@ -32,29 +38,30 @@ def write_excerpts(app: Sphinx, error: Exception | None) -> None:
             title = app.env.titles[page].astext() if page in app.env.titles else page
             told += [[page, title, *entry] for entry in entries(tree)]
         packed = json.dumps(told, ensure_ascii=False, separators=(",", ":"))
-        Path(app.outdir, FILE).write_text(f"labbookExcerpts({packed});\n", "utf-8")
+        Path(app.outdir, FILE).write_text(f"window.labbookExcerpts = {packed};\n", "utf-8")
+        shutil.copy(str(LUNR), Path(app.outdir, "_static"))
 
 
 def entries(tree: nodes.Element) -> Iterator[Entry]:
-    """The sections of a page, the terms that it explains and its exercises.
+    """The sections of a page, the terms and messages that it explains, and its exercises.
 
     Examples
     --------
     >>> scans = nodes.section("", nodes.title("", "Scans"), nodes.paragraph("", "Many."), ids=["s"])
     >>> list(entries(scans))
-    [('s', 'Scans', 'Many.')]
+    [('s', 'section', 'Scans', 'Many.')]
     """
     for node in tree.findall(_is_entry):
         if isinstance(node, nodes.row):
-            yield _section_of(node)["ids"][-1], node[0].astext(), node[1].astext()
+            yield _section_of(node)["ids"][-1], "message", node[0].astext(), node[1].astext()
             continue
         target = next((each for each in node.findall(nodes.term)), node)
         ids = target["ids"] or node["ids"] or [""]
         name = _text(node[0]).strip() if len(node) else ""
         if isinstance(node, nodes.Admonition):
-            name = name.removeprefix("Exercise").strip()
+            name = name.removeprefix("Exercise").strip() or "Exercise"
         words = " ".join(" ".join(map(_text, node.children[1:])).split())
-        yield ids[-1], name or "Exercise", re.sub(r" (?=[.,;)])", "", words)
+        yield ids[-1], _kind_of(node), name, re.sub(r" (?=[.,;)])", "", words)
 
 
 def _is_entry(node: nodes.Node) -> bool:
@@ -66,6 +73,12 @@ def _is_entry(node: nodes.Node) -> bool:
         head = next(iter(node.parent.parent.findall(nodes.entry)))
         return isinstance(node.parent, nodes.tbody) and head.astext() == MESSAGES
     return isinstance(node, nodes.Admonition) and "exercise" in node.get("classes", ())
+
+
+def _kind_of(node: nodes.Node) -> str:
+    if isinstance(node, nodes.section):
+        return "section"
+    return "term" if isinstance(node, nodes.definition_list_item) else "exercise"
 
 
 def _section_of(node: nodes.Element) -> nodes.Element:

@@ -1,149 +1,74 @@
-// The search: sections, terms and exercises, those first whose title or words fit best. It takes
-// the place of the theme's, which knows whole pages, counts code and every "how" and "is". Below
-// the field of Ctrl+K the first results show while one types.
+// The search: sections, terms, exercises and messages of errors in an index of lunr's, those first
+// whose title or words fit best. It takes the place of the theme's, which knows whole pages and
+// counts code. Below the field of Ctrl+K the first results show while one types.
 (() => {
-  const STOP = new Set(
-    (
-      "a an and are as at be by can do does for from has have how i in is it its me must my of " +
-      "on or should that the there this to was what when where which why with you your"
-    ).split(" "),
-  );
-  const MOST = 20;
-  const BELOW = 6;
-  const AROUND = 90; // results, those below a field; letters about a word
-  // A row holds words that mean the same here; what is asked by one is found by the others, for
-  // less.
-  const SAME = [
-    "install installation setup start environment python",
-    "windows mac linux powershell",
-    "kd tree search nearest neighbour neighbor",
-    "composition compose composed order left",
-    "delta δ",
-    "rho ρ",
-    "psi ψ",
-    "angle heading yaw rotation turn",
-    "initial guess prior start",
-    "cite citation references literature bibliography paper bibtex",
-    "submit submission hand upload deliver",
-    "late deadline lateness",
-    "grade mark points score grading",
-    "error wrong help problem stuck crash fails",
-    "trim trimming trimmed overlap",
-    "outlier robust huber",
-    "uncertainty covariance confidence",
-    "corridor degenerate degeneracy unobservable",
-    "speed fast time slow runtime",
-    "c++ java matlab wolfram language port",
-    "map slam loop closure graph",
-    "stop converge convergence termination",
-  ].map((row) => row.split(" "));
-  const WEIGHT = [
-    [/^(book\/(api|decisions|benchmark)|notebooks\/assignment)/, 0.35],
-    [/^book\/(instructors|errata|languages)/, 0.75],
-    [/^book\/(glossary|students)/, 1.4],
-    [/^notebooks\/(0[1-8]|10)/, 1.15],
-  ];
+  const MOST = 20; // results
+  const BELOW = 6; // of them below a field
+  const AROUND = 90; // letters that are shown before a word that fits
+  const FIELDS = { title: 5, page: 2, text: 1 };
+  const KINDS = { message: 1.5, term: 1.3, section: 1, exercise: 0.5 };
+  const ASIDE = /^(book\/(api|decisions)|notebooks\/assignment)/;
+  const LESS = 0.4; // weight of pages aside, which few read for an answer
   const folder = document.documentElement.dataset.content_root;
-  const wordsOf = (text) => text.toLowerCase().match(/[\p{L}\p{N}δρψθ+]+/gu) ?? [];
-  const stem = (word) =>
-    word.length > 4
-      ? word
-          .replace(/(ations?|ions?|ings?|ments?|ed|es|ers?|s)$/, "")
-          .replace(/([^aeiou])\1$/, "$1")
-      : word;
-  const escaped = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
-  const alike = new Map();
-  for (const row of SAME)
-    for (const word of row)
-      alike.set(stem(word), [...(alike.get(stem(word)) ?? []), ...row.map(stem)]);
 
-  const asked = (query) => {
-    const words = wordsOf(query);
-    const told = words.filter((each) => !STOP.has(each));
-    return (told.length ? told : words).map(stem);
-  };
-
-  // How well a word fits a text: whole words count more than beginnings, and these more than others
-  // of its meaning.
-  const fit = (stems, wanted) => {
-    const own = stems.reduce(
-      (sum, each) =>
-        sum + (each === wanted ? 1 : each.startsWith(wanted) && wanted.length > 2 ? 0.5 : 0),
-      0,
-    );
-    return own || (stems.some((each) => alike.get(wanted)?.includes(each)) ? 0.7 : 0);
-  };
-
-  let entries = null;
-  const load = () =>
-    (entries ??= new Promise((loaded) => {
-      const of = (text) => wordsOf(text).map(stem);
-      window.labbookExcerpts = (told) =>
-        loaded(
-          told.map((each) => ({
-            all: each,
-            title: of(each[3]),
-            page: of(each[1]),
-            text: of(each[4]),
-            words: wordsOf(`${each[3]} ${each[4]}`).join(" "),
-            weight:
-              (WEIGHT.find(([pages]) => pages.test(each[0]))?.[1] ?? 1) *
-              (each[2].startsWith("ex-") ? 0.6 : 1),
-          })),
-        );
-      document.head.append(make("script", { src: `${folder}excerpts.js` }));
-    }));
-
-  const find = async (query) => {
-    const wanted = asked(query);
-    const known = await load();
-    const phrase = wordsOf(query)
-      .join(" ")
-      .replace(/^((why|how|what|when|where|which|is|are|do|does|i|can|must) )+/, "");
-    const rarity = wanted.map((word) =>
-      Math.log(
-        1 +
-          known.length /
-            (1 +
-              known.filter(({ title, text }) => title.includes(word) || text.includes(word))
-                .length),
-      ),
-    );
-    const scored = known.map((entry) => {
-      let score = 0;
-      let met = 0;
-      wanted.forEach((word, i) => {
-        const inTitle = fit(entry.title, word);
-        const inText = fit(entry.text, word);
-        const inPage = fit(entry.page, word);
-        met += Math.min(1, Math.max(inTitle, inText, 0.8 * inPage));
-        score +=
-          rarity[i] *
-          ((8 * Math.min(1, inTitle)) / Math.sqrt(entry.title.length || 1) +
-            2 * Math.min(1, inPage) +
-            (3 * inText) / (inText + 1 + entry.text.length / 150));
-      });
-      const told = phrase.split(" ").length > 2 ? entry.words.split(phrase).length - 1 : 0;
-      return {
-        entry,
-        score: entry.weight * score * (met / wanted.length) ** 2 * (1 + (9 * told) / (told + 1)),
-      };
+  const load = (file) =>
+    new Promise((loaded) => {
+      const script = make("script", { src: `${folder}${file}` });
+      script.addEventListener("load", loaded);
+      document.head.append(script);
     });
-    return scored
-      .filter(({ score }) => score > 0)
-      .sort((a, b) => b.score - a.score)
-      .slice(0, MOST);
+
+  const indexOf = (entries) => {
+    lunr.tokenizer.separator = /[^\p{L}\p{N}_+]/u; // "c++" is a word
+    return lunr(function () {
+      this.pipeline.remove(lunr.trimmer); // it would cut Greek letters off
+      this.ref("number");
+      for (const [field, boost] of Object.entries(FIELDS)) this.field(field, { boost });
+      entries.forEach(([page, pageTitle, , kind, title, text], number) => {
+        const boost = KINDS[kind] * (ASIDE.test(page) ? LESS : 1);
+        this.add({ number, title, page: pageTitle, text }, { boost });
+      });
+    });
   };
 
-  const shown = (
-    {
-      entry: {
-        all: [page, pageTitle, anchor, title, text],
-      },
-    },
-    wanted,
-  ) => {
-    const at = text.search(new RegExp(wanted.map(escaped).join("|"), "i"));
+  let loading = null;
+  const prepare = async () => {
+    await Promise.all([load("_static/lunr.js"), load("excerpts.js")]);
+    const entries = window.labbookExcerpts;
+    return { entries, index: indexOf(entries) };
+  };
+
+  // How well entries fit one word: whole, as a beginning, and with one letter as another.
+  const fits = (index, word) =>
+    index.query((terms) => {
+      const { length } = word.toString();
+      const beginning = { wildcard: lunr.Query.wildcard.TRAILING, usePipeline: false, boost: 2 };
+      terms.term(word, { boost: 10 });
+      if (length > 2) terms.term(word, beginning);
+      if (length > 4) terms.term(word, { editDistance: 1 });
+    });
+
+  // Entries that fit, the best first. An entry with half of the words counts half.
+  const find = async (query) => {
+    loading ??= prepare();
+    const { entries, index } = await loading;
+    const words = lunr.tokenizer(query).filter(lunr.stopWordFilter);
+    const found = new Map();
+    for (const word of words) {
+      for (const { ref, score, matchData } of fits(index, word)) {
+        const { sum, met, terms } = found.get(ref) ?? { sum: 0, met: 0, terms: [] };
+        terms.push(...Object.keys(matchData.metadata));
+        found.set(ref, { entry: entries[ref], sum: sum + score, met: met + 1, terms });
+      }
+    }
+    const points = ({ sum, met }) => (sum * met) / words.length;
+    return [...found.values()].sort((a, b) => points(b) - points(a)).slice(0, MOST);
+  };
+
+  const escaped = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
+
+  const shown = ({ entry: [page, pageTitle, anchor, , title, text], terms }) => {
+    const at = text.search(new RegExp(terms.map(escaped).join("|"), "i"));
     const from = Math.max(0, text.lastIndexOf(" ", Math.max(0, at - AROUND)));
     const href = `${folder}${page}.html${anchor ? `#${anchor}` : ""}`;
     const name = title === pageTitle ? title : `${title} – ${pageTitle}`;
@@ -152,15 +77,15 @@
   };
 
   const search = async (query, out, most = MOST) => {
-    if (!out) return;
-    const found = query.trim() ? await find(query) : [];
-    const list = found.slice(0, most).map((each) => shown(each, asked(query)));
-    const told = found.length
+    if (!query.trim()) {
+      out.replaceChildren();
+      return;
+    }
+    const list = (await find(query)).slice(0, most).map(shown);
+    const told = list.length
       ? `Found for “${query}”`
       : `Nothing found for “${query}”. Try another word, or the glossary.`;
-    out.replaceChildren(
-      ...(query.trim() ? [make("h2", {}, told), make("ul", { className: "search" }, ...list)] : []),
-    );
+    out.replaceChildren(make("h2", {}, told), make("ul", { className: "search" }, ...list));
   };
 
   document.addEventListener("DOMContentLoaded", () => {
@@ -173,9 +98,12 @@
         out.setAttribute("role", "status");
         field.form.after(out);
       }
+      if (!out) continue;
+      field.addEventListener("focus", () => (loading ??= prepare()));
       field.addEventListener("input", async () => {
         const { value } = field;
-        await load();
+        loading ??= prepare();
+        await loading;
         if (value === field.value) search(value, out, out === results ? MOST : BELOW);
       });
     }
