@@ -46,8 +46,6 @@ def _picture(node: nodes.Node) -> nodes.Element | None:
     if isinstance(node, nodes.paragraph) and len(node) == 1 and isinstance(node[0], nodes.image):
         return node
     drawn = None
-    if isinstance(node, nodes.container) and "tag_on-paper" in node["classes"]:
-        return None  # in the place of a widget, and without a number
     if isinstance(node, nodes.container) and node.get("nb_element") == "cell_code":
         for output in node.findall(nodes.container):
             if output.get("nb_element") == "mime_bundle" and any(map(_is_image, output)):

@@ -22,6 +22,7 @@ from lighter import ICONS, lighten
 from predictions import mark_all
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
+from stills import keep_stills
 from terms import explain_terms, link_chapters
 
 from labkit.plotting.style import css_variables
@@ -77,7 +78,7 @@ STEPS = {
     "env-before-read-docs": (start_notebooks, provide_map),
     "source-read": (for_lab.restore,),
     "autodoc-process-signature": (api.hide_signature,),
-    "doctree-read": (mark_all, make_figures, tidy_cells),
+    "doctree-read": (keep_stills, mark_all, make_figures, tidy_cells),
     "doctree-resolved": (explain_terms, link_chapters, api.link_names),
     "html-page-context": (draw_formulas, drop_unused, describe),
     "build-finished": (write_colors, write_excerpts, lighten),

@@ -8,19 +8,27 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import anywidget
 import traitlets
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from labkit.interactive.explorer.widget import parameters_to_json, to_base64, values_of_sliders
+from labkit.interactive.drawn import DrawnWidget
+from labkit.interactive.explorer.widget import (
+    from_base64,
+    parameters_to_json,
+    to_base64,
+    values_of_sliders,
+)
 from labkit.interactive.front_end import bundle, style
 from labkit.parameters import IcpParameters
+from labkit.plotting.scans import draw_target
+from labkit.plotting.style import SOURCE, legend_below, style_plane
 from labkit.support.arrays import as_floats, check_choice
 
 MODELS = ("turn", "outlier", "cuts", "race")
 
 
-class LiveFigure(anywidget.AnyWidget):
+class LiveFigure(DrawnWidget):
     """Sliders beside a picture that the page computes; make one with `live_figure`.
 
     `values` say where the sliders stand, `window` is (left, right, bottom, top) [m].
@@ -35,6 +43,18 @@ class LiveFigure(anywidget.AnyWidget):
     values = traitlets.List(traitlets.Float()).tag(sync=True)
     window = traitlets.List(traitlets.Float(), minlen=4, maxlen=4).tag(sync=True)
     given = traitlets.Dict().tag(sync=True)
+
+    def draw(self, figure: Figure) -> None:
+        """Draw the points that the figure is given, before they are moved."""
+        ax = figure.subplots()
+        draw_target(ax, from_base64(self.given["target"]).reshape(-1, 2))
+        if "source" in self.given:
+            source = from_base64(self.given["source"]).reshape(-1, 2)
+            ax.plot(*source.T, "o", ms=3.8, mfc="none", color=SOURCE, label="source")
+        style_plane(ax)
+        left, right, bottom, top = self.window
+        ax.set(xlim=(left, right), ylim=(bottom, top), title=self.label)
+        legend_below(ax)
 
 
 def live_figure(

@@ -266,6 +266,27 @@ def test_a_page_holds_the_module_of_its_widgets_once(page, html):
     assert written.count("class LiveFigure") == 1
 
 
+@pytest.mark.skipif(not WRITTEN_HERE, reason="another book has no such page")
+def test_where_no_script_runs_each_widget_is_a_picture(browser, html):
+    page = browser.new_page(java_script_enabled=False)
+
+    page.goto(f"{html.as_uri()}/widgets.html")
+
+    stills = page.locator(".still img")
+    assert stills.count() > 1
+    expect(stills.filter(visible=True)).to_have_count(stills.count())
+    page.close()
+
+
+def test_paper_shows_a_widget_as_the_reader_left_it_and_no_second_picture(page):
+    page.evaluate("() => window.drawWidgets()")
+
+    page.emulate_media(media="print")
+
+    expect(page.locator(".icp-plane").first).to_be_visible()
+    expect(page.locator(".still").filter(visible=True)).to_have_count(0)
+
+
 def test_a_formula_is_copied_and_tab_leads_to_the_widgets(page):
     plain, formatted = page.locator("p", has_text="A slider for").evaluate(COPIED)
     assert plain == r"A slider for the gate $d_{\max}$."

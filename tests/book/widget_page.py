@@ -31,7 +31,7 @@ UNDRAWN = """async () => {
         ...lacking("main img", each => each.complete && each.naturalWidth),
         ...lacking(".widget-subarea", each => each.querySelector("canvas")),
         ...lacking("article :is(figure, .cell_output img, .icp-explorer)",
-            each => each.closest("details, .tag_on-paper") || each.offsetHeight >= 40),
+            each => each.closest("details, .still") || each.offsetHeight >= 40),
     ];
 }"""
 

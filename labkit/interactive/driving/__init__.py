@@ -5,13 +5,25 @@ from __future__ import annotations
 from dataclasses import asdict, fields
 from typing import Any
 
-import anywidget
 import traitlets
+from matplotlib.figure import Figure
 
+from labkit.interactive.drawn import DrawnWidget
 from labkit.interactive.explorer.widget import parameters_to_json, to_base64
 from labkit.interactive.front_end import bundle, style
 from labkit.parameters import ACCURATE
-from labkit.simulation import Lidar, WheelNoise, World, corridor, doorways, room, two_rooms
+from labkit.plotting.style import SOURCE, TARGET, style_plane
+from labkit.se2 import apply, from_xytheta
+from labkit.simulation import (
+    Lidar,
+    WheelNoise,
+    World,
+    cast,
+    corridor,
+    doorways,
+    room,
+    two_rooms,
+)
 
 LIDAR = Lidar(beam_count=181, noise_std=0.03)  # a cheap one: a round shows how errors add up
 WHEELS = {
@@ -44,7 +56,7 @@ PLACES: dict[str, tuple[World, tuple[float, float, float], str]] = {
 }
 
 
-class Drive(anywidget.AnyWidget):
+class Drive(DrawnWidget):
     """A robot to drive; make one with `drive`."""
 
     _esm = bundle("driving/drive.js")
@@ -55,6 +67,18 @@ class Drive(anywidget.AnyWidget):
     wheels = traitlets.Dict().tag(sync=True)
     parameters = traitlets.Dict().tag(sync=True)
     parameter_words = traitlets.Dict().tag(sync=True)
+
+    def draw(self, figure: Figure) -> None:
+        """Draw the first place with the robot at its start and its first scan."""
+        name, (world, start, _) = next(iter(PLACES.items()))
+        T = from_xytheta(start)
+        ax = figure.subplots()
+        for wall in world.segments.reshape(-1, 2, 2):
+            ax.plot(*wall.T, color=TARGET, lw=1.5)
+        ax.plot(*apply(T, cast(world, T, LIDAR, rng=0).points).T, "o", ms=3.0, color=SOURCE)
+        ax.plot(*start[:2], "^", ms=9.0, color=SOURCE)
+        style_plane(ax)
+        ax.set_title(f"{name}: the robot at its start, and its first scan")
 
 
 def drive() -> Drive:

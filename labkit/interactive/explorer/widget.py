@@ -8,24 +8,26 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
 from typing import Any, get_args
 
-import anywidget
 import numpy as np
 import traitlets
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from labkit.icp import DEFAULTS, icp
+from labkit.interactive.drawn import DrawnWidget, frame_points
 from labkit.interactive.explorer.scenes import Scene, default_scenes
 from labkit.interactive.front_end import SLIDERS, bundle, style
 from labkit.parameters import IcpParameters, Metric
+from labkit.plotting import plot_scans
 from labkit.result import IcpResult
 from labkit.scan import Scan, as_scan
-from labkit.se2 import from_xytheta, to_xytheta
+from labkit.se2 import apply, from_xytheta, to_xytheta
 from labkit.support.arrays import FloatArray, as_floats, as_transform, check_kind, check_kinds
 from labkit.support.errors import InvalidParameterError
 from labkit.target import Target, as_target
 
 
-class Explorer(anywidget.AnyWidget):
+class Explorer(DrawnWidget):
     """An ICP run to play with; `icp_explorer`, `icp_sliders` and `align_by_hand` make one.
 
     `scene` names the scans that are shown, `guess` is (x [m], y [m], θ [rad]). Sliders are named
@@ -87,6 +89,19 @@ class Explorer(anywidget.AnyWidget):
         """Run `labkit.icp` on the scene, with the sliders and the guess as they are now."""
         scene = self.scenes[self.scene]
         return icp(scene.source, scene.target, self.T_init, self.parameters)
+
+    def draw(self, figure: Figure) -> None:
+        """Draw the scans at the guess and, where a run is shown at once, at its end."""
+        scene = self.scenes[self.scene]
+        poses = {"The first guess": self.T_init}
+        if self.runs and self.form != "by hand":
+            poses["The end of the run"] = self.run().T_target_source
+        all_axes = figure.subplots(1, len(poses), squeeze=False)[0]
+        for ax, (title, T) in zip(all_axes, poses.items(), strict=True):
+            plot_scans(ax, scene.source, scene.target, T)
+            moved = apply(T, scene.source.points)
+            frame_points(ax, np.vstack([moved, scene.target.points]))
+            ax.set_title(title)
 
     @traitlets.validate("scene")
     def _check_scene(self, proposal: dict[str, Any]) -> Any:
@@ -225,6 +240,11 @@ def scene_to_json(scene: Scene) -> dict[str, Any]:
 def to_base64(rows: FloatArray) -> str:
     """Encode an array as base64 of its little-endian float64, no digit lost."""
     return base64.b64encode(np.ascontiguousarray(rows, dtype="<f8").tobytes()).decode("ascii")
+
+
+def from_base64(text: str) -> FloatArray:
+    """Read back what `to_base64` wrote, as one row of numbers."""
+    return np.frombuffer(base64.b64decode(text), dtype="<f8")
 
 
 def _to_row(T: ArrayLike) -> list[float]:
