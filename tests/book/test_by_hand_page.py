@@ -102,7 +102,7 @@ def test_the_scan_beckons_once_and_lies_where_it_lay(show, pair):
         page = show(pair, SIGN, reduced_motion=motion, by_hand=True)
         page.evaluate(SEEN)
         films[motion] = film(page, duration=2000)
-        expect(page.locator(".icp-legend")).to_contain_text("left out: the farthest fifth")
+        expect(page.locator(".icp-legend")).to_contain_text("left out: the farthest 20 %")
 
     still, moving = films.values()
     assert len(set(still)) == 1

@@ -15,13 +15,18 @@ import { View } from "./view.js";
 
 const CLOSE = [0.35, 6 * DEGREE]; // from which the answer is close: m, rad
 const BY_TOUCH = "Drag the newer scan, blue, onto the older one; turn it by its knob.";
-const LEGEND = [
-  ["older", "older scan"],
-  ["kept", "newer scan, and its nearest points"],
-  ["down-weighted", "farther off, weighs less"],
-  ["trimmed", "left out: the farthest fifth"],
-  ["gated", "left out: beyond the gate"],
-];
+// What the marks mean, for stages that are on.
+const legendEntries = ({ huber_delta, overlap_ratio, max_correspondence_distance }) => {
+  const percent = Math.round(100 * (1 - overlap_ratio));
+  const entries = [
+    ["older", "older scan", true],
+    ["kept", "newer scan, and its nearest points", true],
+    ["down-weighted", "farther off, weighs less", huber_delta !== null],
+    ["trimmed", `left out: the farthest ${percent} %`, percent > 0],
+    ["gated", "left out: beyond the gate", max_correspondence_distance !== null],
+  ];
+  return entries.filter(([, , isOn]) => isOn);
+};
 const FEWER = 0.004; // share of the number from which it is warmer or colder
 const BY_KEYS =
   "Arrow keys move it by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
@@ -95,6 +100,7 @@ export class HandView extends View {
       " between the scans, where they overlap",
     );
     const help = element("p", { class: "icp-status icp-keys" }, BY_KEYS);
+    const legend = legendOf(legendEntries(this.model.get("first_parameters")));
     const side = part(
       "right",
       misfit,
@@ -107,7 +113,7 @@ export class HandView extends View {
     this.root = element(
       "div",
       { class: "icp-explorer icp-by-hand", role: "group", "aria-label": this.model.get("label") },
-      part("frame", part("left", this.plane.canvas, legendOf(LEGEND)), side),
+      part("frame", part("left", this.plane.canvas, legend), side),
     );
     const take = ({ detail }) => {
       this.model.set("scene_data", [detail]);
