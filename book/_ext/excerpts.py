@@ -30,13 +30,16 @@ Entry = tuple[str, str, str, str]  # anchor, kind, title, text
 
 
 def write_excerpts(app: Sphinx, error: Exception | None) -> None:
-    """Write the script when the pages are built: page, its title, and the parts of an `Entry`."""
+    """Write the script when the pages are built, and the library that searches it.
+
+    An entry has the page, its title, the parts of an `Entry`, and the names of Greek letters.
+    """
     if error is None and app.builder.name == "html":
         told = []
         for page in sorted(app.env.found_docs):
             tree = app.env.get_doctree(page)
             title = app.env.titles[page].astext() if page in app.env.titles else page
-            told += [[page, title, *entry] for entry in entries(tree)]
+            told += [[page, title, *entry, greek(" ".join(entry))] for entry in entries(tree)]
         packed = json.dumps(told, ensure_ascii=False, separators=(",", ":"))
         Path(app.outdir, FILE).write_text(f"window.labbookExcerpts = {packed};\n", "utf-8")
         shutil.copy(str(LUNR), Path(app.outdir, "_static"))
@@ -116,6 +119,18 @@ def symbols(tex: str) -> str:
     letters = re.sub(r"\\([a-z]+)", lambda name: _greek(name[1]), tex)
     plain = re.sub(r"[{}]|\\,", "", letters)
     return "…" if "\\" in plain else plain
+
+
+def greek(text: str) -> str:
+    """Names of the Greek letters in a text, by which a keyboard without them asks.
+
+    Examples
+    --------
+    >>> greek("Huber's δ and ρ, δ = 0.1")
+    'delta rho'
+    """
+    letters = sorted(set(re.findall("[α-ω]", text)))
+    return " ".join(unicodedata.name(each).rpartition(" ")[2].lower() for each in letters)
 
 
 def _greek(name: str) -> str:

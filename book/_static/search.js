@@ -5,7 +5,7 @@
   const MOST = 20; // results
   const BELOW = 6; // of them below a field
   const AROUND = 90; // letters that are shown before a word that fits
-  const FIELDS = { title: 5, page: 2, text: 1 };
+  const FIELDS = { title: 3, page: 2, text: 1, greek: 1 };
   const KINDS = { message: 1.5, term: 1.3, section: 1, exercise: 0.5 };
   const ASIDE = /^(book\/(api|decisions)|notebooks\/assignment)/;
   const LESS = 0.4; // weight of pages aside, which few read for an answer
@@ -19,14 +19,14 @@
     });
 
   const indexOf = (entries) => {
-    lunr.tokenizer.separator = /[^\p{L}\p{N}_+]/u; // "c++" is a word
+    lunr.tokenizer.separator = /[^\p{L}\p{N}+]/u; // "c++" is a word
     return lunr(function () {
       this.pipeline.remove(lunr.trimmer); // it would cut Greek letters off
       this.ref("number");
       for (const [field, boost] of Object.entries(FIELDS)) this.field(field, { boost });
-      entries.forEach(([page, pageTitle, , kind, title, text], number) => {
+      entries.forEach(([page, pageTitle, , kind, title, text, greek], number) => {
         const boost = KINDS[kind] * (ASIDE.test(page) ? LESS : 1);
-        this.add({ number, title, page: pageTitle, text }, { boost });
+        this.add({ number, title, page: pageTitle, text, greek }, { boost });
       });
     });
   };
