@@ -93,12 +93,46 @@ const make = (tag, attributes = {}, ...children) => {
         .append(make("a", { href: `#${node.id}` }, `Skip to widget ${k + 1}`));
     });
 
+    // On a telephone, a docstring shows its first sentence and a long table its number of rows;
+    // the rest is folded. A link into a fold opens it.
+    const MANY = 8; // rows
+    const unfold = () => {
+      const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+      let fold = target?.closest("details");
+      while (fold) {
+        fold.open = true;
+        fold = fold.parentElement.closest("details");
+      }
+      target?.scrollIntoView();
+    };
+    if (innerWidth <= 600) {
+      each(".bd-article > section dl.py:not(dl.py dl.py) > dd", (node) => {
+        const rest = [...node.children].slice(1);
+        const name = node.previousElementSibling.querySelector(".descname").textContent;
+        const fold = make("details", {}, make("summary", {}, `More on ${name}`), ...rest);
+        if (rest.length) node.append(fold);
+      });
+      each(".pst-scrollable-table-container:has(thead th:nth-child(6))", (node) => {
+        const rows = node.querySelectorAll("tbody tr").length;
+        if (rows <= MANY) return;
+        const fold = make("details", {}, make("summary", {}, `Table of ${rows} rows`));
+        node.replaceWith(fold);
+        fold.append(node);
+      });
+      if (location.hash) unfold();
+      addEventListener("hashchange", unfold);
+    }
+
     // A table that a telephone would scroll: its rows stand below one another, each cell with its
-    // name.
+    // name; short ones, numbers, several in a line.
+    const SHORT = 16; // letters
     const stack = (node) => {
       const names = [...node.querySelectorAll("thead th, thead td")].map((each) =>
         each.textContent.trim(),
       );
+      const cells = [...node.querySelectorAll("tbody td:not(:first-child)")];
+      const isShort = cells.every((cell) => cell.textContent.trim().length <= SHORT);
+      node.classList.toggle("in-short", isShort);
       for (const row of node.querySelectorAll("tbody tr"))
         [...row.cells].forEach((cell, k) => names[k] && k && (cell.dataset.name = names[k]));
       node.classList.add("stacked");

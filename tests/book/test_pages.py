@@ -245,6 +245,20 @@ def test_the_map_unfolds_from_the_wheels_to_the_places_recognised(browser, html)
 
 
 @pytest.mark.pages
+def test_a_telephone_folds_the_api_and_a_link_opens_its_own_fold(browser, html):
+    place = "labkit.IcpResult.covariance"
+    address = f"{html.as_uri()}/book/api.html#{place}"
+
+    with opened(browser, address, viewport={"width": 390, "height": 844}) as page:
+        page.evaluate(AXE)
+
+        assert page.evaluate(BARRIERS, None) == []
+        assert page.locator("dl.py details").count() > 50
+        expect(page.locator("dl.py details[open]")).to_have_count(1)
+        expect(page.locator(f"[id='{place}']")).to_be_in_viewport()
+
+
+@pytest.mark.pages
 def test_what_a_copy_button_copies_runs(browser, html):
     """No prompt and no result is in it."""
     with visit(browser, html.as_uri(), "book/api") as page:
@@ -283,7 +297,7 @@ def test_paper_shows_a_widget_as_the_reader_left_it_and_no_second_picture(page):
 
     page.emulate_media(media="print")
 
-    expect(page.locator(".icp-plane").first).to_be_visible()
+    expect(page.locator(".icp-explorer canvas").first).to_be_visible()
     expect(page.locator(".still").filter(visible=True)).to_have_count(0)
 
 
