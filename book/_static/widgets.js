@@ -68,7 +68,6 @@
     );
     for (const node of waiting.keys()) near.observe(node);
     window.drawWidgets = () => Promise.all([...waiting.keys()].map(begin));
-    addEventListener("beforeprint", window.drawWidgets);
     // A link to a state of the explorer
     if (location.hash.startsWith("#icp?")) window.drawWidgets();
   });
