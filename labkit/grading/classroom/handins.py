@@ -41,7 +41,9 @@ LAYOUTS = {
     ),
     "moodle": (  # Ada Lovelace_4711_assignsubmission_file_/answers.ipynb
         # A name may hold "_" where a folder follows: all up to its last number is the platform's.
-        r"(?P<name>[^/]+(?=_\d+_assignsubmission_(?:file|onlinetext)_?/)|[^/_]+)"
+        # Where the file follows, too, it may if that part stands there once.
+        r"(?P<name>[^/]+(?=_\d+_assignsubmission_(?:file|onlinetext)_?/)|[^/_]+"
+        r"|(?!.*_assignsubmission_.*_assignsubmission_)[^/]+)"
         r"_(?P<student>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)(?P<file>.+)$",
         "{name}_{student}_assignsubmission_file_/feedback.html",
     ),
@@ -146,7 +148,7 @@ def find_submissions(
 
 
 def read_members(path: Path) -> dict[str, list[tuple[str, str]]]:
-    """Who handed in what, by Gradescope's numbers: an e-mail address or number, and a name."""
+    """Students of each submission in Gradescope's export, by its number: e-mail and name."""
     texts = []
     if path.is_dir():
         texts = [file.read_bytes() for file in path.rglob(METADATA)]

@@ -177,6 +177,24 @@ def test_a_name_in_moodle_may_hold_what_stands_between_its_parts(name, tmp_path)
     assert (student, shown) == ("4711", name)
 
 
+@pytest.mark.parametrize("name", ["Ada_L", "_", "Lovelace_4712_Ada"])
+def test_a_name_in_moodles_flat_download_may_hold_it_too(name, tmp_path):
+    folder = write(tmp_path, [f"{name}_4711_assignsubmission_file_a_1.py"])
+
+    ((student, shown, *_),) = told(folder)
+
+    assert (student, shown) == ("4711", name)
+
+
+def test_a_flat_file_that_could_be_two_students_is_refused(tmp_path):
+    """Law 5: in a name with "_" nobody can tell the platform's number from the student's."""
+    part = "assignsubmission_file"
+    folder = write(tmp_path, [f"Ada_4711_{part}_a.py", f"A_B_4713_{part}_C_4712_{part}_a.py"])
+
+    with pytest.raises(LabkitError, match="some files are named as moodle names them, but A_B_"):
+        find_submissions(folder)
+
+
 METADATA = """---
 submission_77:
   :submitters:

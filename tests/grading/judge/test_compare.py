@@ -44,6 +44,34 @@ def test_yes_for_no_is_called_so(kind):
         assert "True and False are swapped" in assess(question, cases, outcomes).message
 
 
+MOTIONS = {  # what became of R and t
+    "the rotation is transposed": lambda R, t: (R.T, t),
+    "the translation has the wrong sign": lambda R, t: (R, -t),
+    "the translation is left out": lambda R, t: (R, np.zeros(2)),
+    "the translation is in the other frame": lambda R, t: (R, R.T @ t),
+}
+
+
+@pytest.mark.parametrize("words", MOTIONS)
+def test_a_motion_of_which_one_part_is_wrong_is_told_which(words):
+    question = ASSIGNMENT.question("align")
+    cases = ASSIGNMENT.cases("align")
+    outcomes = [Outcome(value=MOTIONS[words](*case.expected[0])) for case in cases]
+
+    verdict = assess(question, cases, outcomes)
+
+    assert words in verdict.message
+    assert all(case.reason for case in verdict.cases)
+
+
+def test_matches_may_come_as_columns():
+    question = ASSIGNMENT.question("nearest_neighbors")
+    case = first("nearest_neighbors", hidden=False)
+    columns = tuple(np.reshape(part, (-1, 1)) for part in case.expected[0])
+
+    assert is_right(question, case, columns)
+
+
 def shifted(value, by):
     if isinstance(value, tuple):
         return (value[0], value[1] + by)
