@@ -55,7 +55,7 @@ def assess(
         title=question.title,
         points=question.points,
         score=round(question.points * share, 2),
-        cases=tuple(replace(one, reason="") if is_said else one for one in verdicts),
+        cases=tuple(replace(case, reason="") if is_said else case for case in verdicts),
         misconception=known.id if known else None,
         message=message,
     )
@@ -117,34 +117,40 @@ def recognise(
     listed = [known for known in question.misconceptions if explains(known)]
     if listed:
         return listed[0] if len(listed) == 1 else None
-    wrongs = [numbers(question.answer, value) for _, value, passed in given if not passed]
-    if not any(isinstance(one, str) or np.isfinite(one).any() for one in wrongs):
+    values = [numbers(question.answer, value) for _, value, passed in given if not passed]
+    if not any(isinstance(value, str) or np.isfinite(value).any() for value in values):
         return None  # a division by zero
-    found = _relations(question, given)
-    answers = [one for case in wrong for one in _accepted(question.answer, case)]
-    is_whole = all((one == np.round(one)).all() for one in answers)
-    if not found or (is_whole and len(found) > 1):
+    shared = _relations(question, given)
+    answers = [answer for case in wrong for answer in _accepted(question.answer, case)]
+    is_whole = all((answer == np.round(answer)).all() for answer in answers)
+    if not shared or (is_whole and len(shared) > 1):
         return None
-    return Misconception(id=found[0], says=found[0], chapter=question.chapter)
+    return Misconception(id=shared[0], says=shared[0], chapter=question.chapter)
 
 
 def _relations(question: Question, given: Sequence[tuple[Case, Value, bool]]) -> list[str]:
     """The relations to the right answers that all answers have."""
-    left = list(relations(question.answer, given[0][0]))
+    shared = list(relations(question.answer, given[0][0]))
     for case, value, _ in given:
-        got, known = numbers(question.answer, value), relations(question.answer, case)
-        left = [
-            id
-            for id in left
-            if not isinstance(got, str)
-            and any(_close(got, one, _allowed(question, case, one)) for one in known.get(id, ()))
+        got = numbers(question.answer, value)
+        if isinstance(got, str):
+            return []
+        related = relations(question.answer, case)
+        shared = [
+            sentence
+            for sentence in shared
+            if any(
+                _close(got, answer, _allowed(question, case, answer))
+                for answer in related.get(sentence, ())
+            )
         ]
-    return left
+    return shared
 
 
 def is_right(question: Question, case: Case, value: Value) -> bool:
     """True if a value agrees with one of the accepted answers."""
-    got, is_several = _read(question.answer, value), question.answer is Answer.NUMBERS
+    got = _read(question.answer, value)
+    is_several = question.answer is Answer.NUMBERS
     return not isinstance(got, str) and any(
         _close(
             _adjusted(got, wanted, question, case),

@@ -89,6 +89,7 @@ def test_the_class_at_a_glance(pages, mode):
     page = pages(*marks, failures=[("e", "the disk is full")], missing=[("f", "Emmy N.")])[0]
     words = " ".join(page.text.split())
     assert "4 marks. Median 3, mean 2.5 of 4 points." in words
+    assert "each tenth of the points: 1, 0, 0, 0, 0, 1, 0, 0, 0, 2" in page.source
     assert "62 % 2 1 1" in words  # mean share; full marks, some points, none
     assert f"1 {GATE.title} {MISTAKE.says.partition('`')[0].strip()}" in words
     assert "e : the disk is full" in words

@@ -72,6 +72,18 @@ def test_matches_may_come_as_columns():
     assert is_right(question, case, columns)
 
 
+def test_an_index_of_a_point_just_as_near_is_as_right():
+    question = ASSIGNMENT.question("nearest_neighbors")
+    target = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 2.0]])
+    second = (np.array([1]), np.array([1.0]))
+    near = first("nearest_neighbors", hidden=False)
+    case = replace(near, arguments=(np.zeros((1, 2)), target), expected=(second,), mistaken={})
+
+    right = [is_right(question, case, (np.array([k]), second[1])) for k in (0, 1, 2, -1, 0.5)]
+
+    assert right == [True, True, False, False, False]
+
+
 def shifted(value, by):
     if isinstance(value, tuple):
         return (value[0], value[1] + by)

@@ -27,6 +27,12 @@ def test_a_transform_is_read_in_any_form(value):
     assert np.array_equal(read(Answer.TRANSFORM, value), T)
 
 
+def test_a_transform_in_space_is_read_too():
+    T = read(Answer.TRANSFORM, (np.eye(3), (1, 2, 3)))
+
+    assert T.tolist() == [[1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]
+
+
 @pytest.mark.parametrize(
     ("answer", "value", "read_as"),
     [
