@@ -287,3 +287,13 @@ WRONG = ("[[600, 2600]]", "[[1500, 2900]]", "[[800, 3000]]", "[[1000, 1030]]")
 def test_the_fit_hides_most_of_a_wrong_loop(sample):
     """Before the fit its error is of hundreds of standard deviations, or more."""
     assert run_cells("10", sample, "wrong-loop")["size"][-1] < 30.0
+
+
+@on_other_samples(
+    edits("default_rng(0).permutation", *(f"default_rng({k}).permutation" for k in (1, 2)))
+)
+def test_a_single_loop_closes_the_map_or_leaves_it_open_and_fewer_than_half_close_it(sample):
+    singles = run_cells("10", sample, "graph-close")["singles"]
+    closing = singles < 5.0  # m
+    assert 0.2 < closing.mean() < 0.5
+    assert singles[~closing].min() > 10.0
