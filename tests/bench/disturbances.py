@@ -31,7 +31,7 @@ import numpy as np
 
 from labkit import Scan, from_xytheta, to_xytheta
 from labkit.evaluation import ate
-from labkit.odometry import MapOdometry, integrate
+from labkit.odometry import MapOdometry, increments_between, integrate
 from labkit.se2 import relative
 from labkit.support.arrays import BoolArray, FloatArray
 from labkit.support.warm import warm
@@ -100,6 +100,15 @@ def ghosts(share: float) -> Change:
 def dropouts(share: float) -> Change:
     def change(ranges: FloatArray, angles: FloatArray, k: int, rng: np.random.Generator) -> None:
         ranges[rng.random(len(ranges)) < share] = np.nan
+
+    return on_ranges(change)
+
+
+def largest_range(value: float) -> Change:
+    """A scanner that reaches so far [m], and tells so where nothing returns."""
+
+    def change(ranges: FloatArray, angles: FloatArray, k: int, rng: np.random.Generator) -> None:
+        np.minimum(np.nan_to_num(ranges, nan=value), value, out=ranges)
 
     return on_ranges(change)
 
@@ -191,6 +200,19 @@ def standing(drive: Drive, rng: np.random.Generator) -> Drive:
     return replace(drive, wheels=wheels)
 
 
+def late(seconds: float) -> Change:
+    """Wheels that tell at each scan where the robot was so many seconds before."""
+
+    def disturb(drive: Drive, rng: np.random.Generator) -> Drive:
+        stamps = np.array([scan.stamp for scan in drive.scans])
+        poses = integrate(drive.wheels)
+        poses[:, 2] = np.unwrap(poses[:, 2])
+        before = np.column_stack([np.interp(stamps - seconds, stamps, each) for each in poses.T])
+        return replace(drive, wheels=increments_between(before))
+
+    return disturb
+
+
 def missing(drive: Drive, rng: np.random.Generator) -> Drive:
     wheels, count = drive.wheels.copy(), len(drive.wheels)
     wheels[rng.random(count) < 0.1] = np.nan
@@ -214,6 +236,10 @@ DISTURBANCES: dict[str, tuple[Change, str]] = {
     "30 % ghosts": (ghosts(0.3), "They fill the map, too, and half of them look through walls."),
     "10 % dropouts": (dropouts(0.1), "A beam without an answer says nothing, and nothing wrong."),
     "50 % dropouts": (dropouts(0.5), "As half of the beams, but with gaps at random."),
+    "no return told as 8 m": (
+        largest_range(8.0),
+        "A ring that goes along with the robot; a remark tells to leave it out.",
+    ),
     "a third carried along": (
         thing(1 / 3, moving=False),
         "A board 1 m ahead stands still for the scanner: left out where wheels move.",
@@ -243,6 +269,7 @@ DISTURBANCES: dict[str, tuple[Change, str]] = {
         standing,
         "Wheels that stand while the scan moves are taken for none.",
     ),
+    "wheels late by 0.2 s": (late(0.2), "Wrong where the robot speeds up, brakes or turns."),
     "wheels missing": (missing, "Some steps start from the last motion, and a search helps."),
 }
 
