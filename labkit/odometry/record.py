@@ -205,8 +205,9 @@ def rmse_of(result: IcpResult) -> float:
 
 def with_matched_points(result: IcpResult) -> IcpResult:
     """The result against the matched points of its target alone: a record outlives the map."""
-    matched = np.unique(result.correspondences.target_index)
-    points, normals = result.target.points[matched], result.target.normals[matched]
+    is_matched = np.zeros(len(result.target.points), np.bool_)
+    is_matched[result.correspondences.target_index] = True
+    points, normals = result.target.points[is_matched], result.target.normals[is_matched]
     target = Target(Scan.from_points(points), normals)
     final = np.array(result.poses[-1:])
     coarse = int(result.coarse_poses == len(result.poses))

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from labkit.correspondences import huber_loss
+from labkit.correspondences import loss_of
 from labkit.odometry.propose import Expectation
 from labkit.result import IcpResult
 from labkit.scan import Scan
@@ -41,7 +41,7 @@ def score(result: IcpResult, expected: Expectation) -> Score:
     if result.termination.failed:
         return Score()
     delta, gate = result.parameters.huber_delta, gate_of(result.parameters, False)
-    worst = float(huber_loss(gate, delta)) if gate < math.inf else math.inf
+    worst = loss_of(gate, delta) if gate < math.inf else math.inf
     T = np.array(result.T_target_source)
     looked_through = seen_through(*beams_of(result.source), np.array(result.target.points), T)
     agreement = 1.0 - min(1.0, result.cost / worst)
@@ -58,10 +58,14 @@ def seen_through(bearing: FloatArray, end: FloatArray, target: FloatArray, T: Fl
     hidden behind the beams' ends are not in view; NaN where none is.
     """
     through, hit, count = 0, 0, len(bearing)
+    reach = end.max() + CLEARANCE
     for i in range(len(target)):
         dx, dy = target[i, 0] - T[0, 2], target[i, 1] - T[1, 2]
+        distance = math.hypot(dx, dy)
+        if distance > reach:
+            continue
         x, y = T[0, 0] * dx + T[1, 0] * dy, T[0, 1] * dx + T[1, 1] * dy
-        angle, distance = math.atan2(y, x), math.hypot(x, y)
+        angle = math.atan2(y, x)
         right = np.searchsorted(bearing, angle)  # the first beam at this bearing or beyond
         if right in (0, count) or bearing[right] - bearing[right - 1] >= MAX_GAP:
             continue

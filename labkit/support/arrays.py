@@ -247,8 +247,9 @@ def as_normals(normals: ArrayLike, name: str, count: int, *, gaps: bool = False)
     checked = as_floats(normals, name, "give a unit vector per point", (count, 2))
     if not gaps:
         as_finite(checked, name)
-    is_unit = abs(np.hypot(checked[:, 0], checked[:, 1]) - 1.0) <= 1e-6
-    is_gap = np.isnan(checked).all(axis=1)
+    x, y = checked.T
+    is_unit = abs(np.hypot(x, y) - 1.0) <= 1e-6
+    is_gap = np.isnan(x) & np.isnan(y)
     refused = ~(is_unit | is_gap)
     if refused.any():
         index = int(refused.argmax())
