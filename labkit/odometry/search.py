@@ -21,7 +21,7 @@ import numpy as np
 
 from labkit.result import step_length
 from labkit.scan import Scan
-from labkit.se2 import apply, from_xytheta
+from labkit.se2 import from_xytheta
 from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.compiled import compiled
 from labkit.target import Target
@@ -38,21 +38,36 @@ APART = 0.3, math.radians(6.0)  # starts nearer to each other than this are one
 
 
 @compiled
-def mean_values(table: FloatArray, cells: IntArray, shifts: IntArray) -> FloatArray:
-    """The mean of the table under cells (R, N, 2) moved by shifts (S, 2), shape (R, S).
+def mean_values(
+    table: FloatArray,
+    corner: FloatArray,
+    points: FloatArray,
+    poses: FloatArray,
+    shifts: IntArray,
+) -> FloatArray:
+    """The mean of the table under points (N, 2) [m], shape (R, S).
 
-    A cell beyond the table counts as the nearest one on its border.
+    The points are moved by each of the poses (R, 3, 3), and then by each of the shifts (S, 2), in
+    cells. `corner` [m] is that of the table's first cell. A cell beyond the table counts as the
+    nearest one on its border.
     """
     last_row, last_column = table.shape[0] - 1, table.shape[1] - 1
-    means = np.empty((len(cells), len(shifts)))
-    for r in range(len(cells)):
+    means = np.empty((len(poses), len(shifts)))
+    rows, columns = np.empty(len(points), np.intp), np.empty(len(points), np.intp)
+    for r in range(len(poses)):
+        T = poses[r]
+        for n in range(len(points)):
+            x = T[0, 0] * points[n, 0] + T[0, 1] * points[n, 1] + T[0, 2]
+            y = T[1, 0] * points[n, 0] + T[1, 1] * points[n, 1] + T[1, 2]
+            rows[n] = math.floor((x - corner[0]) / CELL)
+            columns[n] = math.floor((y - corner[1]) / CELL)
         for s in range(len(shifts)):
             down, right, total = shifts[s, 0], shifts[s, 1], 0.0
-            for n in range(cells.shape[1]):
-                i = min(max(cells[r, n, 0] + down, 0), last_row)
-                j = min(max(cells[r, n, 1] + right, 0), last_column)
+            for n in range(len(points)):
+                i = min(max(rows[n] + down, 0), last_row)
+                j = min(max(columns[n] + right, 0), last_column)
                 total += table[i, j]
-            means[r, s] = total / cells.shape[1]
+            means[r, s] = total / len(points)
     return means
 
 
@@ -72,7 +87,7 @@ def nearness(occupied: IntArray, shape: tuple[int, int], blunt: int) -> FloatArr
 class LikelihoodField(NamedTuple):
     """Nearness of each cell to the target's points, in [0, 1]."""
 
-    origin: FloatArray  # (2,): the corner of the first cell [m]
+    corner: FloatArray  # (2,): of the first cell [m]
     fine: FloatArray  # (H, W): exp(−½ d²) of the distance d [cells] to the nearest point
     coarse: FloatArray  # (H, W): its largest value within half a coarse step
 
@@ -85,10 +100,6 @@ class LikelihoodField(NamedTuple):
         rows, columns = np.ceil((near.max(axis=0, initial=0.0) + margin - low) / CELL).astype(int)
         occupied = np.floor((near - low) / CELL).astype(np.intp)
         return cls(low, *(nearness(occupied, (rows, columns), by) for by in (0, COARSE // 2)))
-
-    def cells(self, points: FloatArray) -> IntArray:
-        """The cells that points (..., 2) lie in."""
-        return np.floor((points - self.origin) / CELL).astype(np.intp)
 
 
 def search(
@@ -106,7 +117,7 @@ def search(
     reach, most = min(window[0], 2.0 * REACH), math.ceil(min(window[1], math.pi) / TURN)
     turned = T_target_source @ from_xytheta(np.outer(np.arange(-most, most + 1), [0.0, 0.0, TURN]))
     shifts = COARSE * _square(math.ceil(reach / (COARSE * CELL)))
-    scores = mean_values(field.coarse, field.cells(apply(turned, points)), shifts)
+    scores = mean_values(field.coarse, field.corner, points, turned, shifts)
     best = np.argsort(scores, axis=None)[::-1][:PROMISING]
     i, j = np.unravel_index(best, scores.shape)
     poses = turned[i]
@@ -117,8 +128,8 @@ def search(
 def _finely(points: FloatArray, field: LikelihoodField, poses: FloatArray) -> FloatArray:
     """The best fine pose around each of the coarse ones (P, 3, 3), the best first."""
     shifts, turned = _square(COARSE // 2), poses[:, None] @ FINE_TURNS
-    cells = field.cells(apply(turned, points)).reshape(-1, len(points), 2)
-    scores = mean_values(field.fine, cells, shifts).reshape(len(poses), -1)
+    scores = mean_values(field.fine, field.corner, points, turned.reshape(-1, 3, 3), shifts)
+    scores = scores.reshape(len(poses), -1)
     k, s = np.unravel_index(scores.argmax(axis=1), (len(FINE_TURNS), len(shifts)))
     fine = turned[np.arange(len(poses)), k]
     fine[:, :2, 2] += CELL * shifts[s]

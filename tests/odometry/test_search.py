@@ -8,7 +8,7 @@ import pytest
 
 from labkit import Scan, Target
 from labkit.odometry.search import CELL, LikelihoodField, alike, mean_values, search
-from labkit.se2 import from_xytheta, relative, to_xytheta
+from labkit.se2 import apply, from_xytheta, relative, to_xytheta
 from labkit.simulation import Lidar, cast, room
 
 STILL = np.zeros(3)
@@ -50,10 +50,14 @@ def test_it_stays_within_its_window():
 def test_mean_values_are_those_of_the_table():
     """Against numpy; a cell beyond the table counts as the nearest one on its border."""
     rng = np.random.default_rng(0)
-    table, cells = rng.random((20, 30)), rng.integers(-5, 35, (4, 17, 2))
+    table, points = rng.random((20, 30)), rng.uniform(-1.0, 4.0, (17, 2))
+    poses, corner = from_xytheta(rng.uniform(-1.0, 1.0, (4, 3))), np.array([-0.5, 0.3])
     shifts = rng.integers(-6, 7, (5, 2))
-    row, column = np.clip(cells[2] + shifts[3], 0, [19, 29]).T
-    means = mean_values(table, cells, shifts)
+    cells = np.floor((apply(poses[2], points) - corner) / CELL).astype(int)
+    row, column = np.clip(cells + shifts[3], 0, [19, 29]).T
+
+    means = mean_values(table, corner, points, poses, shifts)
+
     assert means[2, 3] == pytest.approx(table[row, column].mean(), rel=1e-13)
 
 
@@ -64,7 +68,9 @@ def test_the_field_is_the_distance_to_the_nearest_point():
     source = Scan.from_points([[3.05, 2.05]])
     start = search(source, target, np.eye(3), (0.0, 0.0))[0]
     assert alike(start, np.eye(3))
-    there, off = field.cells(np.array([[3.05, 2.05], [3.05, 1.75]])).tolist()
+    there, off = np.floor((np.array([[3.05, 2.05], [3.05, 1.75]]) - field.corner) / CELL).astype(
+        int
+    )
     assert field.fine[*there] == 1.0
     assert field.fine[*off] == pytest.approx(math.exp(-0.5 * (0.3 / CELL) ** 2))
 
