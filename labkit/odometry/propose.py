@@ -36,7 +36,8 @@ MOTION_SHIFT, MOTION_TURN = 0.5, math.radians(20.0)  # from one motion to the ne
 MOTION_COST = 0.1  # of agreement, at most, for a motion unlike the last ones
 RETURN = 0.3  # what going back to a refused match adds to its squared distance
 AGE = 0.05  # what each step since a motion adds to its squared distance
-SURE_WITH_WHEELS, SURE_ALONE = 0.6, 0.8  # a score above which nothing else is tried
+SURE_ALONE = 0.8  # a score above which nothing else is tried, without wheels,
+SURE_AT_REST, SURE_PER_METRE = 0.2, 0.7  # and beside wheels, more by their usual error [m]
 
 
 class Expectation(NamedTuple):
@@ -101,7 +102,8 @@ def expect(
     poses = T_map_last @ np.concatenate([np.array(starts) @ T_wheels, from_xytheta(motions)])
     handicap = np.asarray(RETURN * np.arange(len(starts)), np.float64)
     shift = WHEEL_SHIFT * growth
-    return Expectation(poses, handicap, shift, WHEEL_TURN, WHEEL_COST, SURE_WITH_WHEELS)
+    sure = min(SURE_ALONE, SURE_AT_REST + SURE_PER_METRE * shift)
+    return Expectation(poses, handicap, shift, WHEEL_TURN, WHEEL_COST, sure)
 
 
 def believable_wheels(

@@ -118,6 +118,15 @@ def test_wheels_are_the_less_sure_the_farther_they_drove():
     assert costs[0] > costs[1]
 
 
+def test_the_less_sure_the_wheels_the_higher_the_score_that_needs_no_search():
+    motions = ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0], [9.0, 0.0, 0.0])
+
+    sure = [expect(np.eye(3), np.array(prior), np.zeros((1, 3))).sure for prior in motions]
+
+    alone = expect(np.eye(3), None, np.zeros((1, 3))).sure
+    assert MIN_SCORE < sure[0] < sure[1] < sure[2] < sure[3] == alone
+
+
 def test_nothing_is_searched_for_unless_it_is_asked_for(monkeypatch):
     def refuse(*_):
         raise AssertionError("searched")
