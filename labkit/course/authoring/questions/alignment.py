@@ -92,6 +92,12 @@ $\sum_i \lVert\mathbf{R}\,\mathbf{p}_i + \mathbf{t} - \mathbf{q}_i\rVert^2$.
 }, mistakes={
     "difference_turned": ("The difference of the centroids is turned as one; turn p̄ alone.",
         lambda R, p, q: R @ (q.mean(axis=0) - p.mean(axis=0))),
+    "turned_back": ("The centroid p̄ is turned by Rᵀ; it is t = q̄ − R p̄.",
+        {"R @ source": "R.T @ source"}),
+    "exchanged": ("Source and target are exchanged: it is t = q̄ − R p̄.",
+        lambda R, p, q: p.mean(axis=0) - R @ q.mean(axis=0)),
+    "first_pair": ("This is the translation of the first pair alone; take the mean of all.",
+        lambda R, p, q: q[0] - R @ p[0]),
     "median": ("This is the median of the differences; the sum of squares is least at their mean.",
         lambda R, p, q: np.median(q - p @ R.T, axis=0)),
 })

@@ -61,6 +61,8 @@ Find for each source point the nearest target point. Comparing all with all is g
 }, mistakes={
     "swapped": ("This is the nearest source point of each target point: turn it round.",
         lambda p, q: nearest_neighbors(q, p)),
+    "farthest": ("These are the farthest target points, not the nearest.",
+        {"argmin": "argmax"}),
     "manhattan": ("These are sums of |Δx| and |Δy|; a distance is the root of squares.",
         {"np.sqrt((offsets**2).sum(axis=2))": "np.abs(offsets).sum(axis=2)"}),
 })
@@ -152,6 +154,8 @@ Of $N$ pairs keep the $\lfloor\rho N\rfloor$ closest, but at least 3. The pairs 
         {"max(3, ": "max(0, "}),
     "quantile": ("A quantile interpolates between pairs and keeps ⌊ρ(N − 1)⌋ + 1 of them, "
         "not ⌊ρN⌋.", lambda d, ratio: d <= np.quantile(d, ratio)),
+    "ratio_as_distance": ("ρ is held against the distances; it is a share of the pairs.",
+        lambda d, ratio: d <= ratio),
     "share_removed": ("ρ is taken as the share to remove; it is the share to keep.",
         {"int(overlap_ratio": "int((1 - overlap_ratio)"}),
     "indices": ("These are indices of the pairs that stay; asked for is a mask, one entry a "
@@ -242,6 +246,8 @@ there is no such number; return `nan`, and not a 0 that looks like a perfect mat
         {ROOT_MEAN_SQUARE: "np.sqrt(np.sum(distances[kept] ** 2))"}),
     "spread": ("This is the standard deviation: it subtracts the mean, the RMSE does not.",
         {ROOT_MEAN_SQUARE: "np.std(distances[kept])"}),
+    "one_less": ("The mean square is divided by one less than the number of kept pairs.",
+        {ROOT_MEAN_SQUARE: "np.sqrt(np.sum(distances[kept] ** 2) / (kept.sum() - 1))"}),
     "zero_for_none": ("Where no pair is left this is 0, as of a perfect match: return NaN.",
         {"return np.nan": "return 0.0"}),
 })
@@ -271,6 +277,8 @@ alone says little, since it gets better the fewer pairs are left.
     "most pairs kept": _kept(11, 0.7, distances=False),
     "few pairs kept": _kept(23, 0.2, distances=False),
     "all pairs kept": _kept(6, 1.0, distances=False),
+}, mistakes={
+    "rejected": ("This is the share of the pairs that are rejected.", lambda kept: 1 - kept.mean()),
 })
 def fitness(kept):
     """Share of the source points whose pair is kept.

@@ -94,6 +94,8 @@ Chain them to the one that goes from $c$ to $a$.
         lambda T, U: T * U),
     "exchanged": ("The order is exchanged: equal letters meet, `T_a_b @ T_b_c`.",
         lambda T, U: U @ T),
+    "second_translation_lost": ("The translation of `T_b_c` is missing: add it, turned by R_a_b.",
+        lambda T, U: np.block([[T[:2, :2] @ U[:2, :2], T[:2, 2:]], [T[2]]])),
     "translations_added": ("The translations are added; turn the second by R_a_b first.",
         lambda T, U: np.block([[T[:2, :2] @ U[:2, :2], T[:2, 2:] + U[:2, 2:]], [T[2]]])),
 })
@@ -128,6 +130,8 @@ yours to choose.
         "rotation, not for the transform.", lambda T: T.T),
     "translation_turned_forwards": ("The translation is turned by R, not by Rᵀ: it is −Rᵀ t.",
         {"-R.T @ t": "-R @ t"}),
+    "translation_not_turned": ("The translation changes its sign, and is not turned: it is −Rᵀ t.",
+        {"-R.T @ t": "-t"}),
 })
 def invert(T_a_b):
     """Invert a rigid transform.
@@ -171,6 +175,8 @@ An angle is known only up to full turns. Return the one in $(-\pi, \pi]$ that me
         lambda angle: angle - 2 * np.pi * (angle > np.pi) + 2 * np.pi * (angle <= -np.pi)),
     "half_open": ("The angle is wrapped to [−π, π); the lab's range is (−π, π], π stays π.",
         lambda angle: (angle + np.pi) % (2 * np.pi) - np.pi),
+    "folded": ("`arcsin` of the sine cannot tell an acute angle from an obtuse one.",
+        lambda angle: np.arcsin(np.sin(angle))),
     "cut_off": ("`math.fmod`'s remainder keeps the sign of the angle: turns right go wrong.",
         lambda angle: np.fmod(angle + np.pi, 2 * np.pi) - np.pi),
 })
