@@ -9,6 +9,8 @@ from typing import Any
 from tables import markdown, number
 
 LINE = "labkit point-to-line"
+POINT = "labkit point-to-point"
+POINT_PEERS = ("small_gicp ICP", "Open3D point-to-point", "MRPT ICP")  # all pairs count alike
 LESSON = "the lesson's listing"
 NOT_FROM_PIP = ("labkit", LESSON, "MRPT")
 ERRORS = {  # a column of the short table each
@@ -60,6 +62,27 @@ def in_short(results: dict[str, Any]) -> list[str]:
         markdown(["set", "ms", "fastest peer", "fastest exact peer", "the lesson"], times),
         markdown(["set", *ERRORS], errors),
     ]
+
+
+def point_to_point_rows(results: dict[str, Any]) -> list[list[str]]:
+    """A row for each set: time, errors and time over labkit's of the point-to-point matchers."""
+    rows = []
+    for result in results["sets"].values():
+        scores = result["matchers"]
+        if POINT not in scores:
+            continue
+        for name in (POINT, *POINT_PEERS):
+            if name in scores:
+                score = scores[name]
+                rows.append(
+                    [
+                        f"{result['title']}: {name}",
+                        number(score["time_ms"]["median"], ".2f"),
+                        f"{_ratio(score, scores[POINT]):.2f}\u00a0×",
+                        *(number(score[key][part], form) for key, part, form in ERRORS.values()),
+                    ]
+                )
+    return rows
 
 
 def _quickest(scores: dict[str, Any], names: Sequence[str]) -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cache
 
@@ -11,7 +12,13 @@ from labkit.support.arrays import FloatArray
 
 POINT_TO_LINE = OdometryParameters().icp
 PEERS_STOP = 1e-3  # [m] and [rad]: where KISS-ICP, MRPT and small_gicp end, too
-POINT_TO_POINT = IcpParameters(translation_tolerance=PEERS_STOP, rotation_tolerance=PEERS_STOP)
+# As small_gicp's ICP: all pairs within the gate count, and count alike.
+POINT_TO_POINT = IcpParameters(
+    overlap_ratio=1.0,
+    huber_delta=math.inf,
+    translation_tolerance=PEERS_STOP,
+    rotation_tolerance=PEERS_STOP,
+)
 
 
 def point_to_line(
@@ -24,7 +31,7 @@ def point_to_line(
 def point_to_point(
     source: Scan, target: Scan, T_init: FloatArray, gate: float
 ) -> tuple[FloatArray, int]:
-    """Distances to the target's points; the lesson's algorithm as labkit has it."""
+    """Distances to the target's points, of all pairs alike: at the error of its peers."""
     return _match(source, target, T_init, _with_gate(POINT_TO_POINT, gate))
 
 
