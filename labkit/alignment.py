@@ -60,7 +60,7 @@ def align(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     [[0.0, -1.0, 2.0], [1.0, 0.0, 3.0], [0.0, 0.0, 1.0]]
     """
     p, q, w = as_pairs(source, target, weights)
-    return _determined(closed_form(p, q, w), p, q, w)
+    return _refuse_undetermined(closed_form(p, q, w), p, q, w)
 
 
 def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None) -> FloatArray:
@@ -71,7 +71,7 @@ def align_svd(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = 
     reflection, which no robot can drive.
     """
     p, q, w = as_pairs(source, target, weights)
-    _determined(closed_form(p, q, w), p, q, w)
+    _refuse_undetermined(closed_form(p, q, w), p, q, w)
     p, q, w = p[w > 0.0], q[w > 0.0], w[w > 0.0]
     p_mean, q_mean = w @ p / w.sum(), w @ q / w.sum()  # (2.2)
     H = (w[:, None] * (p - p_mean)).T @ (q - q_mean)  # (2.4)
@@ -151,7 +151,7 @@ def turn_about(center: tuple[float, float], theta: float, dx: float, dy: float) 
 
 @compiled
 def product(A: FloatArray, B: FloatArray) -> FloatArray:
-    """A B of two (3, 3): numba's own ``@`` would load `scipy.linalg` at the first match."""
+    """Product A B of two (3, 3) matrices; numba's ``@`` would load `scipy.linalg` for it."""
     C = np.zeros((3, 3))
     for row in range(3):
         for column in range(3):
@@ -160,7 +160,8 @@ def product(A: FloatArray, B: FloatArray) -> FloatArray:
     return C
 
 
-def _determined(T: FloatArray, p: FloatArray, q: FloatArray, w: FloatArray) -> FloatArray:
+def _refuse_undetermined(T: FloatArray, p: FloatArray, q: FloatArray, w: FloatArray) -> FloatArray:
+    """Return T, or raise an error that says why the pairs leave it open: T is NaN there."""
     if not math.isnan(T[0, 0]):
         return T
     reason = f"every rotation fits these {len(w)} pairs equally well; is the target a mirror image?"

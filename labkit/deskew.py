@@ -53,29 +53,29 @@ def deskew(scan: Scan, velocity: ArrayLike) -> Scan:
 class Skew:
     """The skew of the sweeps of a run, which are given one after the other.
 
-    While sweep k lasts, the scanner moves on to the pose of sweep k + 1. Wheels tell this motion.
-    Without them it is taken as the mean of the last two motions: with the last one alone an error
-    of one step comes back in the next one with the other sign, and does not die away. For the first
-    sweep it is the motion that the first two tell.
+    While sweep k lasts, the scanner moves on to the pose of sweep k + 1. Its velocity comes from
+    the wheels. Without wheels it is the mean velocity of the last two steps; for the first sweep
+    it is that from the first sweep to the second. (The velocity of the last step alone would not
+    do: an error of one step would come back in the next one with the other sign.)
     """
 
     def __init__(
         self, increments: FloatArray | None, scans: Any, match: Callable[[Any], FloatArray]
     ) -> None:
         """Prepare for scans; `match` finds the motion from the first to the second, as they are."""
-        self._told = None if increments is None else _wheel_velocities(increments, scans)
-        self._found: list[FloatArray] = []  # velocities of the steps so far
+        self._of_wheels = None if increments is None else _wheel_velocities(increments, scans)
+        self._of_steps: list[FloatArray] = []  # velocity of each step so far
         if increments is None and isinstance(scans, Sequence) and len(scans) > 1:
-            self._first(scans[:2], match)
+            self._match_first_two(scans[:2], match)
         self._stamps: list[float] = []
 
-    def _first(self, pair: Sequence[Any], match: Callable[[Any], FloatArray]) -> None:
-        """Two sweeps that are skewed alike tell nearly the motion between them."""
+    def _match_first_two(self, pair: Sequence[Any], match: Callable[[Any], FloatArray]) -> None:
+        """Find the first velocity from two sweeps as they are: both are skewed nearly alike."""
         if any(getattr(scan, "time_increment", 0.0) == 0.0 for scan in pair):
             return
         duration = pair[1].stamp - pair[0].stamp
         if duration > 0.0:
-            self._found.append(match(pair) / duration)
+            self._of_steps.append(match(pair) / duration)
 
     def undo(self, scan: Any, last_motion: FloatArray | None) -> Any:
         """Straighten the next scan of the run; `last_motion` led to the scan before it."""
@@ -84,16 +84,18 @@ class Skew:
         if k >= 2 and last_motion is not None:
             duration = self._stamps[k - 1] - self._stamps[k - 2]
             if duration > 0.0:
-                self._found.append(last_motion / duration)
+                self._of_steps.append(last_motion / duration)
         if getattr(scan, "time_increment", 0.0) == 0.0:
             return scan
-        if self._told is not None and np.isfinite(self._told[k]).all():
-            return deskew(scan, self._told[k])
-        return deskew(scan, np.mean(self._found[-2:], axis=0)) if self._found else scan
+        if self._of_wheels is not None and np.isfinite(self._of_wheels[k]).all():
+            return deskew(scan, self._of_wheels[k])
+        if not self._of_steps:
+            return scan
+        return deskew(scan, np.mean(self._of_steps[-2:], axis=0))
 
 
 def _wheel_velocities(increments: FloatArray, scans: Sequence[Any]) -> FloatArray:
-    """Velocity during each sweep by the wheels, NaN where they or the clock do not tell it."""
+    """Velocity of the wheels during each sweep; NaN without an increment or a time."""
     durations = np.diff([getattr(scan, "stamp", math.nan) for scan in scans])
     durations[~(durations > 0.0)] = np.nan
     rows = increments / durations[:, None]

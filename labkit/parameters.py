@@ -13,8 +13,8 @@ from labkit.support.keywords import check_keywords, guard_keywords
 Metric = Literal["point_to_point", "point_to_line"]
 
 
-def _shown(default: Any, label: str, meaning: str, **unit: str) -> Any:
-    """A field that the command line and the sliders show."""
+def _describe(default: Any, label: str, meaning: str, **unit: str) -> Any:
+    """A field with the words that the command line and the sliders show."""
     return field(default=default, metadata={"label": label, "help": meaning, **unit})
 
 
@@ -54,22 +54,22 @@ class IcpParameters:
     labkit.support.errors.InvalidParameterError: `overlap_ratio` must be in (0, 1], got 1.3
     """
 
-    max_correspondence_distance: float = _shown(
+    max_correspondence_distance: float = _describe(
         0.5, "gate", "gate: pairs farther apart are rejected; inf turns it off", unit="m"
     )
-    overlap_ratio: float = _shown(
+    overlap_ratio: float = _describe(
         0.85, "overlap ρ", "share of the source points that is kept, closest first, in (0, 1]"
     )
-    huber_delta: float = _shown(
+    huber_delta: float = _describe(
         0.2, "Huber δ", "residuals beyond it weigh delta/r; inf turns it off", unit="m"
     )
     max_iterations: int = 60
     translation_tolerance: float = 1e-6
     rotation_tolerance: float = 1e-6
     cost_tolerance: float = 1e-12
-    metric: Metric = _shown("point_to_point", "metric", "what a residual is")  # noqa: RUF009
+    metric: Metric = _describe("point_to_point", "metric", "what a residual is")  # noqa: RUF009
     step_fraction: float = 1.0
-    approach: bool = _shown(
+    approach: bool = _describe(
         False, "begin wide, end narrow", "begin with a wide delta, end with a gate of 8 delta"
     )
 

@@ -47,7 +47,7 @@ class Termination(Enum):
 
 
 class _Quality:
-    """Numbers of the correspondences that an object has."""
+    """The quality of a match, read from the `correspondences` of an iteration or a result."""
 
     correspondences: Correspondences
 
@@ -105,7 +105,7 @@ class IcpResult(_Quality):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Make the result anew where it is unpickled: its arrays are read-only there, too."""
-        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
         return partial(type(self), **values), ()
 
     def __repr__(self) -> str:

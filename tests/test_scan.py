@@ -82,30 +82,59 @@ def test_select_takes_points_with_their_beams():
     assert Scan.from_points([[1.0, 2.0], [3.0, 4.0]]).select(np.array([1])).beams is None
 
 
-def test_nobody_writes_to_a_scan():
-    """Neither to its arrays nor, through those that it was made of, to what it holds."""
-    given = {
+ARRAYS = ("points", "beams", "ranges", "angles")
+
+
+def test_the_arrays_that_a_scan_is_made_of_may_change():
+    arrays = {
         "points": np.ones((2, 2)),
         "beams": np.array([0, 2]),
         "ranges": np.ones(3),
         "angles": np.zeros(3),
     }
-    scan = Scan(**given)
-    measured = Scan.from_ranges([1.0, 2.0], [0.0, 0.1])
-    sent, copied = pickle.loads(pickle.dumps(scan)), copy.deepcopy(measured)
-    for name, values in given.items():
-        np.testing.assert_array_equal(getattr(sent, name), getattr(scan, name))
+    scan = Scan(**arrays)
+
+    for name, values in arrays.items():
         values[:] = 7
         assert not (getattr(scan, name) == 7).any()
-        for each in (scan, measured, measured.select(np.array([0])), sent, copied):
-            with pytest.raises(ValueError, match="read-only"):
-                getattr(each, name)[...] = 7
-    hidden = np.ones(3)
-    view = hidden[:]
+
+
+def test_nobody_changes_a_scan_through_a_read_only_view():
+    ranges = np.ones(3)
+    view = ranges[:]
     view.flags.writeable = False
     scan = Scan(points=[[1.0, 0.0]], ranges=view)
-    hidden[:] = 7
+
+    ranges[:] = 7
+
     assert scan.ranges.tolist() == [1.0, 1.0, 1.0]
+
+
+MEASURED = Scan.from_ranges([1.0, 2.0], [0.0, 0.1])
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+@pytest.mark.parametrize(
+    "scan",
+    [
+        MEASURED,
+        Scan(**vars(MEASURED)),
+        MEASURED.select(np.array([0])),
+        pickle.loads(pickle.dumps(MEASURED)),
+        copy.deepcopy(MEASURED),
+    ],
+    ids=["from ranges", "by parts", "selected", "unpickled", "copied"],
+)
+def test_nobody_writes_to_the_arrays_of_a_scan(scan, name):
+    with pytest.raises(ValueError, match="read-only"):
+        getattr(scan, name)[...] = 7
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+def test_an_unpickled_scan_holds_what_was_pickled(name):
+    unpickled = pickle.loads(pickle.dumps(MEASURED))
+
+    np.testing.assert_array_equal(getattr(unpickled, name), getattr(MEASURED, name))
 
 
 def test_a_scan_says_what_it_is_in_a_line():

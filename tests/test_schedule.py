@@ -36,53 +36,92 @@ poses = st.builds(transform, st.floats(-5, 5), st.floats(-5, 5), st.floats(-math
 def test_a_motion_is_that_of_the_points(seed, T_before, way, turn):
     points = np.random.default_rng(seed).normal(0.0, 3.0, (20, 2))
     T = transform(way, -0.5 * way, 0.1 * turn) @ T_before
-    motion = apply(T, points) - apply(T_before, points)
-    moved = math.sqrt(np.mean((motion**2).sum(axis=1)))
-    assert displacement(points, T_before, T) == pytest.approx(moved, rel=1e-7, abs=1e-12)
+
+    motion = displacement(points, T_before, T)
+
+    motions = apply(T, points) - apply(T_before, points)
+    expected = math.sqrt(np.mean((motions**2).sum(axis=1)))
+    assert motion == pytest.approx(expected, rel=1e-7, abs=1e-12)
 
 
-def test_a_run_that_ends_coarse_is_judged_by_its_thinned_pairs(in_the_room):
-    """Its budget was spent on the way; the quality is that of the thinned pairs."""
-    source, target = in_the_room.source, Target(in_the_room.target)
+@pytest.fixture(scope="module")
+def ends_coarse(in_the_room):
+    """A run from far away whose budget is spent in a coarse iteration."""
     guess = GUESS @ in_the_room.T_target_source
-    result = icp(source, target, guess, replace(PARAMETERS, max_iterations=1))
-    assert result.termination is Termination.BUDGET_SPENT
-    pairs = result.correspondences
-    assert result.history[-1].coarse
-    assert len(pairs.kept) == len(source.points[:: pairs.stride])
-    seen = observability(pairs, target)
-    np.testing.assert_allclose(seen.values, result.observability.values, rtol=1e-9)
-    # So far off, the normals of the two scans contradict each other: nothing is promised.
-    assert np.isposinf(censi_covariance(result, 0.01).diagonal()).all()
+    parameters = replace(PARAMETERS, max_iterations=1)
+    return icp(in_the_room.source, in_the_room.target, guess, parameters)
 
 
-def test_the_way_is_on_record(in_the_room):
-    """Coarse first, fine to the end; δ and the gate are those of the iteration."""
-    source, guess = in_the_room.source, GUESS @ in_the_room.T_target_source
-    history = icp(source, in_the_room.target, guess, PARAMETERS).history
+def test_a_run_that_ends_coarse_is_judged_by_its_thinned_pairs(ends_coarse):
+    pairs = ends_coarse.correspondences
+
+    information = observability(pairs, ends_coarse.target)
+
+    assert ends_coarse.termination is Termination.BUDGET_SPENT
+    assert ends_coarse.history[-1].coarse
+    assert len(pairs.kept) == len(ends_coarse.source.points[:: pairs.stride])
+    np.testing.assert_allclose(information.values, ends_coarse.observability.values, rtol=1e-9)
+
+
+def test_nothing_is_promised_where_the_normals_of_the_scans_contradict_each_other(ends_coarse):
+    covariance = censi_covariance(ends_coarse, 0.01)
+
+    assert np.isposinf(covariance.diagonal()).all()
+
+
+@pytest.fixture(scope="module")
+def history(in_the_room):
+    """The iterations of a run from far away."""
+    guess = GUESS @ in_the_room.T_target_source
+    return icp(in_the_room.source, in_the_room.target, guess, PARAMETERS).history
+
+
+def test_coarse_iterations_come_first_and_the_last_one_is_fine(history):
     coarse = [step.coarse for step in history]
+
     assert coarse[0]
     assert not coarse[-1]
     assert coarse == sorted(coarse, reverse=True)
+
+
+def test_a_coarse_delta_is_as_wide_as_the_median_residual_asks(history):
     for step in history:
-        pairs = step.correspondences
         if step.coarse:
-            assert pairs.max_correspondence_distance == PARAMETERS.max_correspondence_distance
-            kept = np.sort(pairs.residuals[pairs.kept])
-            assert pairs.huber_delta == max(0.02, DELTA_PER_MEDIAN * kept[len(kept) // 2])
+            pairs = step.correspondences
+            residuals = np.sort(pairs.residuals[pairs.kept])
+            median = residuals[len(residuals) // 2]
+            assert pairs.huber_delta == max(0.02, DELTA_PER_MEDIAN * median)
+            assert np.count_nonzero(pairs.weights == 1.0) >= len(residuals) / 2
+
+
+def test_a_coarse_iteration_has_the_whole_gate_and_a_share_of_point_to_point(history):
+    for step in history:
+        if step.coarse:
+            pairs = step.correspondences
             share = min(1.0, (pairs.huber_delta / 0.02) ** 2 / 4000.0)
             assert pairs.point_share == pytest.approx(share, rel=1e-12)
-            assert np.count_nonzero(pairs.weights == 1.0) >= len(kept) / 2
-        else:
+            assert pairs.max_correspondence_distance == PARAMETERS.max_correspondence_distance
+
+
+def test_a_fine_iteration_has_the_delta_of_the_parameters_and_a_narrow_gate(history):
+    for step in history:
+        if not step.coarse:
+            pairs = step.correspondences
             assert pairs.max_correspondence_distance == GATE_PER_DELTA * 0.02
             assert (pairs.huber_delta, pairs.point_share) == (0.02, 0.0)
+
+
+def test_an_iteration_is_coarse_while_the_next_motion_is_expected_to_be_long(history, in_the_room):
+    """Each motion is expected to shrink as the last one did."""
     motions = [
-        displacement(source.points, before.T_target_source, now.T_target_source)
+        displacement(in_the_room.source.points, before.T_target_source, now.T_target_source)
         for before, now in pairwise(history)
     ]
-    for k, motion in enumerate(motions):  # the next is expected to shrink as the last one did
-        shrinks = min(1.0, motion / motions[k - 1]) if k else 1.0
-        assert coarse[k + 1] == (coarse[k] and shrinks * motion > LONG_STEP * 0.02)
+
+    for k, motion in enumerate(motions):
+        shrinkage = min(1.0, motion / motions[k - 1]) if k else 1.0
+        is_long = shrinkage * motion > LONG_STEP * 0.02
+        assert history[k + 1].coarse == (history[k].coarse and is_long)
 
 
 def test_without_a_delta_nothing_is_widened_and_no_gate_closes(in_the_room):
@@ -98,10 +137,12 @@ def test_without_a_delta_nothing_is_widened_and_no_gate_closes(in_the_room):
 @pytest.mark.parametrize(("count", "every"), [(1, 1), (239, 1), (240, 2), (1000, 8)])
 def test_a_coarse_iteration_thins_a_large_scan(count, every):
     rng = np.random.default_rng(0)
-    source, target = rng.uniform(-3.0, 3.0, (count, 2)), Target(rng.uniform(-3.0, 3.0, (50, 2)))
-    fine, coarse = (
-        pairs_at(source, target, np.eye(3), PARAMETERS, coarse=coarse) for coarse in (False, True)
-    )
+    source = rng.uniform(-3.0, 3.0, (count, 2))
+    target = Target(rng.uniform(-3.0, 3.0, (50, 2)))
+
+    fine = pairs_at(source, target, np.eye(3), PARAMETERS)
+    coarse = pairs_at(source, target, np.eye(3), PARAMETERS, coarse=True)
+
     assert (fine.stride, coarse.stride) == (1, every)
     np.testing.assert_array_equal(coarse.source, fine.source[::every])
     np.testing.assert_array_equal(coarse.target_index, fine.target_index[::every])

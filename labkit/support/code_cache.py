@@ -20,17 +20,19 @@ import numba
 from numba.core import caching
 from numba.misc import appdirs
 
-PACKAGE = Path(__file__).parents[1]
+SOURCES = Path(__file__).parents[1]
 KEPT_STATES = 8  # versions of the source whose code is kept: copies of the lab share a cache
 tell = functools.cache(logging.getLogger("labkit").warning)  # once
 
 
 def keep(dispatcher: Any) -> Any:
-    """The same compiled function, with its machine code kept on disk."""
-    if folder := cache_folder():
-        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+    """Return the compiled function, whose machine code numba now keeps on disk."""
+    folder = cache_folder()
+    if folder is not None:
+        usual_folder = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(folder)  # numba reads it in the next line
         dispatcher.enable_caching()
-        numba.config.CACHE_DIR = before
+        numba.config.CACHE_DIR = usual_folder
         dispatcher._cache._cache_file.__class__ = _Files
     return dispatcher
 
@@ -55,9 +57,10 @@ def cache_folder() -> Path | None:
 
 def fingerprint() -> str:
     """A hash of all files with compiled functions, and of the versions of numba and Python."""
-    sources = map(Path.read_bytes, sorted(PACKAGE.rglob("*.py")))
-    seen = b"".join(source for source in sources if b"\n@compiled" in source)
-    return sha256(seen + f"{numba.__version__} {sys.version_info[:3]}".encode()).hexdigest()[:16]
+    sources = map(Path.read_bytes, sorted(SOURCES.rglob("*.py")))
+    stages = b"".join(source for source in sources if b"\n@compiled" in source)
+    versions = f"{numba.__version__} {sys.version_info[:3]}"
+    return sha256(stages + versions.encode()).hexdigest()[:16]
 
 
 class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]

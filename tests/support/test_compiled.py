@@ -101,7 +101,7 @@ def test_a_full_disk_is_told_and_stops_nobody(tmp_path):
 def test_the_cache_follows_only_files_with_stages(tmp_path, monkeypatch):
     from labkit.support import code_cache  # noqa: PLC0415 (imports numba)
 
-    monkeypatch.setattr(code_cache, "PACKAGE", tmp_path)
+    monkeypatch.setattr(code_cache, "SOURCES", tmp_path)
     stage, plain = tmp_path / "stage.py", tmp_path / "plain.py"
     stage.write_text("\n@compiled\ndef f(): ...\n")
     plain.write_text("# nothing\n")
