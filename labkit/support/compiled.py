@@ -55,11 +55,11 @@ def compiled(function: F) -> F:
             return _call_in_thread(lambda: first_call(*arguments))
         try:
             return ready[0](*arguments)
-        except SystemError as error:  # an interrupt, met while numba made the result
-            first: BaseException = error
-            while first.__cause__ is not None:
-                first = first.__cause__
-            raise first from None
+        except SystemError as error:  # numba wraps an interrupt that came while it made the result
+            cause: BaseException = error
+            while cause.__cause__ is not None:
+                cause = cause.__cause__
+            raise cause from None
 
     call.__code__ = call.__code__.replace(co_name=function.__name__)  # as a traceback shows it
     wrapper: Any = functools.wraps(function)(call)

@@ -16,15 +16,16 @@ LINE = "\nlabkit: interrupted; no file is left half-written\n"
 @contextmanager
 def loading() -> Iterator[None]:
     """End the command at once if it is interrupted in this block: nothing is written yet."""
-    started = sys.orig_argv[-len(sys.argv) :][:1]  # tells it while `python -m labkit` loads, too
-    is_command = [os.path.basename(each).removesuffix(".exe") for each in started] == ["labkit"]
-    ours = is_command and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if ours:
+    program = sys.orig_argv[-len(sys.argv) :][:1]  # known while `python -m labkit` loads, too
+    names = [os.path.basename(path).removesuffix(".exe") for path in program]
+    has_default_handler = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    replaces_handler = names == ["labkit"] and has_default_handler
+    if replaces_handler:
         signal.signal(signal.SIGINT, _leave)
     try:
         yield
     finally:
-        if ours:
+        if replaces_handler:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
