@@ -25,7 +25,7 @@ from labkit.simulation import (
     two_rooms,
 )
 
-LIDAR = Lidar(beam_count=181, noise_std=0.03)  # a cheap one: a round shows how errors add up
+DRIVE_LIDAR = Lidar(beam_count=181, noise_std=0.03)  # a cheap one: a round shows how errors add up
 WHEELS = {
     "good": WheelNoise(along=0.01, across=0.005, turn=0.01, drift=0.003),
     "noisy": WheelNoise(along=0.2, across=0.1, turn=0.2, drift=0.1),
@@ -93,7 +93,7 @@ def drive() -> Drive:
             | {"segments": to_base64(world.segments.reshape(-1, 4))}
             for name, (world, start, hint) in PLACES.items()
         ],
-        lidar=asdict(LIDAR) | {"angles": LIDAR.angles.tolist()},
+        lidar=asdict(DRIVE_LIDAR) | {"angles": DRIVE_LIDAR.angles.tolist()},
         wheels={name: asdict(noise) for name, noise in WHEELS.items()},
         parameters=parameters_to_json(ACCURATE),
         parameter_words={field.name: dict(field.metadata) for field in fields(ACCURATE)},

@@ -26,7 +26,7 @@ from labkit.support.arrays import FloatArray, as_transform, check_count, check_k
 from labkit.support.errors import InvalidPointsError
 from labkit.support.keywords import guard_keywords
 
-LIDAR = Lidar(beam_count=361, field_of_view=2.0 * math.pi)
+SCENE_LIDAR = Lidar(beam_count=361, field_of_view=2.0 * math.pi)
 
 
 @guard_keywords
@@ -115,8 +115,8 @@ def _simulate_scene(
     rng = np.random.default_rng(4)
     T_world_target = _to_transform(start)
     T_target_source = _to_transform(motion)
-    target = cast(world, T_world_target, LIDAR, rng=rng, stamp=0.0)
-    source = cast(world, T_world_target @ T_target_source, LIDAR, rng=rng, stamp=0.5)
+    target = cast(world, T_world_target, SCENE_LIDAR, rng=rng, stamp=0.0)
+    source = cast(world, T_world_target @ T_target_source, SCENE_LIDAR, rng=rng, stamp=0.5)
     return Scene(
         name=name,
         source=source,
