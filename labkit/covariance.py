@@ -64,7 +64,7 @@ ROUNDING_SHARE = 1e-12  # an eigenvalue below this share of their sum is roundin
 
 @runtime_checkable
 class _Result(Protocol):
-    """The part of an `labkit.IcpResult` that a covariance reads; its module imports this one."""
+    """The part of a `labkit.IcpResult` that a covariance reads; its module imports this one."""
 
     @property
     def source(self) -> Scan: ...
@@ -170,12 +170,8 @@ def _measured(result: _Result, range_std: float) -> tuple[FloatArray, FloatArray
     noise = range_std**2 * max(1.0, roughness) * B.T @ B
     if result.parameters.metric == "point_to_point":
         tangents = _perpendicular(n)
-        _, pull = normal_equations(
-            line_rows(p, tangents, (x, y), 1.0),
-            line_rows(p, tangents, (x, y), 1.0),
-            line_residuals(p, q, tangents),
-            w,
-        )
+        along = line_rows(p, tangents, (x, y), 1.0)
+        _, pull = normal_equations(along, along, line_residuals(p, q, tangents), w)
         noise += 4.0 * np.outer(pull, pull)
     gain = seen @ np.linalg.inv(seen.T @ A @ seen) @ seen.T  # A⁻¹ in the seen directions
     return gain @ noise @ gain.T, seen, free

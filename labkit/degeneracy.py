@@ -1,7 +1,7 @@
 """Degenerate motions: what a scan cannot see in corridors and at single walls (section 5).
 
-There are two tests. `observability` uses the surface normals, and tells each direction of the
-motion apart. `spread_ratio` is the lesson's cheap test. It looks only at how the points are
+There are two tests. `observability` uses the surface normals, and judges each direction of the
+motion by itself. `spread_ratio` is the lesson's cheap test. It looks only at how the points are
 spread, so it takes any narrow room for a corridor.
 """
 
@@ -71,8 +71,8 @@ def _shift_in_words(x: float, y: float) -> str:
 
 def _turn_in_words(information: Information, x: float, y: float, turn: float) -> str:
     """Say which point the motion (Δx, Δy, ℓΔψ) leaves in its place: p = c + (−Δy, Δx) / Δψ."""
-    radians_inverse = information.length / turn  # 1 / Δψ
-    px, py = information.center + radians_inverse * np.array([-y, x])
+    metres_per_turn = information.length / turn  # 1 / Δψ
+    px, py = information.center + metres_per_turn * np.array([-y, x])
     return f"turn about ({_metres(px)}, {_metres(py)})"
 
 
