@@ -124,9 +124,11 @@ def page(results: dict[str, Any]) -> str:
         parts += [BASIN, *map(_basin_section, results["basins"].values())]
     if "growth" in results:
         header = ["ms a pair", *(f"{size:,}" for size in results["growth"]["points"])]
-        parts += [GROWTH, markdown(header, growth_rows(results["growth"]["time_ms"]))]
+        parts += [GROWTH, results["growth"].get("note", "")]  # of a part that was measured earlier
+        parts += [markdown(header, growth_rows(results["growth"]["time_ms"]))]
         if shuffled := results["growth"].get("shuffled_ms"):
             parts += [SHUFFLED, markdown(header, growth_rows(shuffled))]
+    parts = [part for part in parts if part]
     return "\n\n".join([*parts, f"## Conditions\n\n{_conditions(results)}"]) + "\n"
 
 
