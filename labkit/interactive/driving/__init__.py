@@ -75,7 +75,7 @@ class Drive(DrawnWidget):
         ax = figure.subplots()
         for wall in world.segments.reshape(-1, 2, 2):
             ax.plot(*wall.T, color=TARGET, lw=1.5)
-        ax.plot(*apply(T, cast(world, T, LIDAR, rng=0).points).T, "o", ms=3.0, color=SOURCE)
+        ax.plot(*apply(T, cast(world, T, DRIVE_LIDAR, rng=0).points).T, "o", ms=3.0, color=SOURCE)
         ax.plot(*start[:2], "^", ms=9.0, color=SOURCE)
         style_plane(ax)
         ax.set_title(f"{name}: the robot at its start, and its first scan")
