@@ -106,7 +106,7 @@ def _add_log_options(parser: argparse.ArgumentParser) -> None:
     add("--angles", nargs=2, type=float, metavar=("FIRST", "LAST"), help=beams)
     add("--range-min", type=float, metavar="X", help=near)
     add("--range-max", type=float, metavar="X", help=far)
-    add("--mirrored", action="store_true", help=mirrored)
+    add("--mirrored", action=argparse.BooleanOptionalAction, help=mirrored)
     add("--time-increment", type=float, metavar="X", help=beam_time)
     add("--no-return", nargs="*", type=float, metavar="X", help=codes)
     add("--topic", help="of the scans, in a bag with several")

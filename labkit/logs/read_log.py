@@ -72,7 +72,7 @@ def read_log(
     angles: ArrayLike | None = None,
     range_min: float | None = None,
     range_max: float | None = None,
-    mirrored: bool = False,
+    mirrored: bool | None = None,
     time_increment: float | None = None,
     no_return: ArrayLike | None = None,
     laser_offset: ArrayLike | None = None,
@@ -101,8 +101,9 @@ def read_log(
         A table of ranges needs them, unless its columns tell them.
     range_min, range_max : float, optional
         The band in which a range makes a point [m].
-    mirrored : bool
-        The scanner hangs upside down, or counts its angles clockwise: they change their sign.
+    mirrored : bool, optional
+        The scanner hangs upside down, or counts its angles clockwise: they change their sign. By
+        default as ``/tf_static`` of a bag says, else false.
     time_increment : float, optional
         Time from one beam to the next [s]; 0 if all beams count as measured at once.
     no_return : array_like, optional
@@ -110,7 +111,8 @@ def read_log(
         known code with which a log's ranges end, named in `Log.remarks`.
     laser_offset : array_like, shape (3,), optional
         Pose of the scanner on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]), for
-        a log that does not declare it itself: ``T_w_laser = T_w_robot @ T_robot_laser``.
+        a text that does not declare it itself: ``T_w_laser = T_w_robot @ T_robot_laser``. By
+        default as ``/tf_static`` of a bag says, else zero.
     odometry : path-like or tuple (times, poses), optional
         Wheel odometry of the robot in place of the log's own: a file in the format TUM, or times
         [s], shape (M,), with poses, shape (M, 3). They are joined by the stamps of the scans.
@@ -162,7 +164,9 @@ def read_log(
     if bag_kind(file):
         format, report.clock_is_named = "ros", True
         topics = {"topic": topic, "odometry_topic": odometry_topic}
-        sweeps, track = read_bag(file, report, scanner, part, progress, **topics)
+        sweeps, track, place = read_bag(file, report, scanner, part, progress, **topics)
+        if laser_offset is None and place is not None:
+            offset = place
     else:
         given = {"angles": angles, "no_return": no_return, "laser_offset": laser_offset}
         given |= {"time_increment": time_increment}

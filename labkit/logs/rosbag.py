@@ -1,7 +1,8 @@
 """ROS 1 and ROS 2 bags: ``sensor_msgs/LaserScan`` with ``nav_msgs/Odometry``, without ROS.
 
-Of a ``MultiEchoLaserScan`` the first echo of each beam counts. The package `rosbags` reads the
-bag; it is optional and imported only when a bag is read.
+Of a ``MultiEchoLaserScan`` the first echo of each beam counts. The fixed transforms of
+``/tf_static`` tell where the scanner sits on the robot. The package `rosbags` reads the bag; it is
+optional and imported only when a bag is read.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -16,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from labkit.logs.lines import DamagedLine, DamageReport, expect_near, shorten
+from labkit.logs.mounting import MOST_LEAN, Mounting, Transform, find_mounting, read_transforms
 from labkit.logs.scanner import Scanner
 from labkit.logs.sweeps import Sweep
 from labkit.logs.trajectories import planar_heading
@@ -26,6 +29,9 @@ from labkit.support.extras import need
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 MULTI_ECHO = "sensor_msgs/msg/MultiEchoLaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+TRANSFORM_FIELDS = "geometry_msgs/TransformStamped[] transforms"
+FIXED = "tf_static"  # the topic of transforms that never change
 FIRST_BYTES = {  # of a bag, and the suffix that rosbags wants to see
     b"#ROSBAG": ".bag",
     b"SQLite format 3": ".db3",
@@ -60,26 +66,72 @@ def read_bag(
     *,
     topic: str | None,
     odometry_topic: str | None,
-) -> tuple[list[Sweep], FloatArray | None]:
-    """Read the sweeps of a bag, and the robot's odometry, rows (t, x, y, θ) as they arrived."""
+) -> tuple[list[Sweep], FloatArray | None, FloatArray | None]:
+    """Read the sweeps of a bag, the robot's odometry, and the scanner's place on the robot.
+
+    The odometry's rows (t, x, y, θ) come as they arrived, the place is (x, y, θ); None where
+    the bag tells nothing of it.
+    """
     bag = _open(path, report.file)
     with closing(bag[0]):
         chosen = _choose(bag, (LASER_SCAN, MULTI_ECHO), topic, "topic", report.file)
         if chosen is None:
             raise LogError(f"{report.file}: a bag without any scan, expected {LASER_SCAN} messages")
         wheel = _choose(bag, (ODOMETRY,), odometry_topic, "odometry_topic", report.file)
+        mounting = _mounting(bag, chosen, wheel, report)
+        if mounting is not None and scanner.mirrored is None:
+            scanner = replace(scanner, mirrored=mounting.is_upside_down)
         sweeps = list(part(progress(_sweeps(bag, chosen, report, scanner))))
-        return sweeps, None if wheel is None or not sweeps else _track(bag, wheel, report)
+        track = None if wheel is None or not sweeps else _track(bag, wheel, report)
+    return sweeps, track, None if mounting is None else mounting.offset
+
+
+def _mounting(bag: Bag, scans: Topic, wheel: Topic | None, report: DamageReport) -> Mounting | None:
+    """The scanner's place by the fixed transforms of the bag, with a remark on it."""
+    transforms = dict[str, Transform]()
+    for connection in bag[0].connections:
+        if connection.msgtype == TRANSFORMS and connection.topic.endswith(FIXED):
+            topic = connection.topic, connection.msgtype
+            for number, _, message in _messages(bag, topic, report):
+                try:
+                    transforms.update(read_transforms(message))
+                except DamagedLine as damage:
+                    report.skip(number, f"a damaged {TRANSFORMS} message: {damage}")
+    if not transforms:
+        return None
+    scan = next((message for _, _, message in _messages(bag, scans, report)), None)
+    pose = wheel and next((message for _, _, message in _messages(bag, wheel, report)), None)
+    laser = "" if scan is None else scan.header.frame_id
+    robot = "" if pose is None else pose.child_frame_id
+    mounting = find_mounting(laser, robot, transforms)
+    if mounting is None or not mounting.is_told:
+        return mounting
+    hangs = ", upside down" if mounting.is_upside_down else ""
+    place = ", ".join(f"{value:.4g}" for value in mounting.offset)
+    told = f"/{FIXED} tells that the scanner sits at ({place}) (m, m, rad){hangs} on the frame "
+    told += f"{mounting.robot!r}"
+    if mounting.lean > MOST_LEAN:
+        report.remarks.append(
+            f"{told} and leans by {np.degrees(mounting.lean):.0f} degrees: its place is left aside"
+        )
+        return None
+    report.remarks.append(
+        f"{told}; `laser_offset` and `mirrored` (`--laser-offset`, `--mirrored`, `--no-mirrored`) "
+        f"go before it"
+    )
+    return mounting
 
 
 def _open(path: Path, file: str) -> Bag:
     need("rosbags", purpose=f"{file}: reading a ROS bag", extra="ros")
     from rosbags import rosbag1, rosbag2  # noqa: PLC0415
-    from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore  # noqa: PLC0415
 
     kind = bag_kind(path)
     is_ros1 = kind == ".bag"
     store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
+    if TRANSFORMS not in store.types:
+        store.register(get_types_from_msg(TRANSFORM_FIELDS, TRANSFORMS))
     reader: Any = rosbag1.Reader if is_ros1 else rosbag2.Reader
     try:
         if kind not in {".bag", DIRECTORY}:  # rosbags goes by the suffix
@@ -121,8 +173,10 @@ def _messages(bag: Bag, topic: Topic, report: DamageReport) -> Iterator[tuple[in
         try:
             _, nanoseconds, raw = next(stream)
             message = decode(raw, msgtype)
-            header = message.header.stamp
-            stamp = header.sec + 1e-9 * header.nanosec or 1e-9 * nanoseconds
+            stamp = 1e-9 * nanoseconds
+            if msgtype != TRANSFORMS:
+                header = message.header.stamp
+                stamp = header.sec + 1e-9 * header.nanosec or stamp
         except StopIteration:
             return
         except Exception as error:  # rosbags again: the stream cannot go on behind it

@@ -1,4 +1,4 @@
-"""What the caller knows of the scanner better than the file: beams, band and mounting."""
+"""The caller's word on the scanner, before the file's: its beams, band and mounting."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Scanner:
         The band in which a range makes a point [m].
     time_increment : float or None
         Time from one beam to the next [s]; 0 where all beams count as measured at once.
-    mirrored : bool
+    mirrored : bool or None
         The scanner hangs upside down, or counts its angles clockwise: they change their sign.
     """
 
@@ -45,10 +45,10 @@ class Scanner:
     range_min: float | None = None
     range_max: float | None = None
     time_increment: float | None = None
-    mirrored: bool = False
+    mirrored: bool | None = None
 
     def __post_init__(self) -> None:
-        check_kind(self.mirrored, "mirrored", bool)
+        check_kind(self.mirrored, "mirrored", bool, type(None))
         low = 0.0 if self.range_min is None else self.range_min
         check_range(low, "range_min", at_least=0.0, unit="m")
         if self.range_max is not None:
@@ -69,7 +69,7 @@ class Scanner:
                 step = (last - first) / (count - 1)
             elif abs(first + step * (count - 1) - last) > 1.5 * abs(step):
                 report.count(OTHER_SPAN)
-        return _spread(first, step, count, mirrored=self.mirrored)
+        return _spread(first, step, count, mirrored=bool(self.mirrored))
 
     def scan(
         self,

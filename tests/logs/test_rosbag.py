@@ -3,16 +3,18 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from labkit.logs import read_log
-from labkit.se2 import from_xytheta, to_xytheta
+from labkit.se2 import apply, from_xytheta, to_xytheta
 from labkit.support.errors import LogError
 
 pytest.importorskip("rosbags")
 from rosbags import rosbag1, rosbag2
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 GEOMETRY = "geometry_msgs/msg/"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
 RANGES = (1.0, 2.0, math.inf, 0.05, 30.0)
 
 
@@ -22,6 +24,9 @@ class Bag:
     def __init__(self, path, ros):
         self.ros, self.path, self.connections = ros, path, {}
         self.store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_HUMBLE)
+        if TRANSFORMS not in self.store.types:
+            fields_of_transforms = "geometry_msgs/TransformStamped[] transforms"
+            self.store.register(get_types_from_msg(fields_of_transforms, TRANSFORMS))
         if ros == 1:
             self.writer = rosbag1.Writer(path)
         else:
@@ -66,6 +71,24 @@ class Bag:
             "twist": self.made(GEOMETRY + "TwistWithCovariance", **unsure),
         }
         self.add(topic, "nav_msgs/msg/Odometry", stamp, child_frame_id="base", **given)
+
+    def fixed(self, child, parent, place, rotation, topic="/tf_static"):
+        """A fixed transform: where the child frame sits on its parent."""
+        name = TRANSFORMS
+        if topic not in self.connections:
+            self.connections[topic] = self.writer.add_connection(topic, name, typestore=self.store)
+        x, y, z, w = rotation
+        turn = self.made(GEOMETRY + "Quaternion", x=x, y=y, z=z, w=w)
+        shift = self.made(GEOMETRY + "Vector3", x=place[0], y=place[1], z=place[2])
+        pose = self.made(GEOMETRY + "Transform", translation=shift, rotation=turn)
+        time = self.made("builtin_interfaces/msg/Time", sec=1)
+        head = self.made("std_msgs/msg/Header", stamp=time, frame_id=parent)
+        stamped = self.made(
+            GEOMETRY + "TransformStamped", header=head, child_frame_id=child, transform=pose
+        )
+        encode = self.store.serialize_ros1 if self.ros == 1 else self.store.serialize_cdr
+        raw = encode(self.made(name, transforms=[stamped]), name)
+        self.writer.write(self.connections[topic], 10**9, bytes(raw))
 
     def close(self):
         self.writer.close()
@@ -191,3 +214,92 @@ def test_a_maximum_that_is_not_above_the_minimum_is_unknown(bag, maximum):
     assert log.remarks[-1].startswith("2 scans declare a maximum range that is not above")
     known = read_log(path, range_max=25.0, range_min=1.5)
     assert ([scan.beams.tolist() for scan in known.scans], known.remarks) == (2 * [[1]], ())
+
+
+ROTATIONS = {
+    "upright": Rotation.from_euler("z", 0.3),
+    "upside down": Rotation.from_euler("xz", [math.pi, 0.7]),
+    "pitched over": Rotation.from_euler("yz", [math.pi, -0.4]),
+    "a little lean": Rotation.from_euler("yz", [0.02, 2.0]),
+}
+OVERHEAD = {"upside down", "pitched over"}
+
+
+@pytest.mark.parametrize("rotation", ROTATIONS)
+def test_the_fixed_transforms_tell_where_the_scanner_sits(any_bag, rotation):
+    """The law: points lie on the robot where the transforms in space, one by one, put them."""
+    hung, mast = ROTATIONS[rotation], Rotation.from_euler("z", -0.5)
+    any_bag.odometry(10.0, 0.0, 0.0, 0.0)
+    any_bag.scan(10.0)
+    any_bag.fixed("laser", "mast", (0.1, 0.2, 0.3), hung.as_quat())
+    any_bag.fixed("mast", "/base", (0.5, 0.0, 1.0), mast.as_quat())
+    any_bag.fixed("base", "ground", (9.0, 9.0, 0.0), mast.as_quat())
+
+    log = read_log(any_bag.close(), strict=True)
+
+    angles = np.array([-0.5, -0.25])
+    seen = np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles]) * [[1.0], [2.0]]
+    on_mast = hung.apply(seen) + np.array([0.1, 0.2, 0.3])
+    expected = mast.apply(on_mast) + np.array([0.5, 0.0, 1.0])
+    points = apply(from_xytheta(log.odometry[0]), log.scans[0].points)
+    np.testing.assert_allclose(points, expected[:, :2], atol=2e-3)
+    assert log.remarks[0].startswith("/tf_static tells that the scanner sits at (")
+    assert ("upside down on the frame 'base'" in log.remarks[0]) == (rotation in OVERHEAD)
+
+
+def test_the_caller_goes_before_the_fixed_transforms(bag):
+    bag.odometry(10.0, 0.0, 0.0, 0.0)
+    bag.scan(10.0)
+    bag.fixed("laser", "base", (0.1, 0.2, 0.3), (1.0, 0.0, 0.0, 0.0))
+    path = bag.close()
+
+    told, by_caller = read_log(path), read_log(path, mirrored=False, laser_offset=(1, 0, 0))
+
+    np.testing.assert_allclose(told.scans[0].angles, -by_caller.scans[0].angles)
+    np.testing.assert_allclose(told.odometry, [[0.1, 0.2, 0.0]], atol=1e-9)
+    np.testing.assert_allclose(by_caller.odometry, [[1.0, 0.0, 0.0]], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("rotation", "skipped", "remark"),
+    [
+        ((0.0, 0.0, 0.0, 0.0), "the quaternion of the frame 'laser' has length 0", ""),
+        ((0.0, 0.0, math.nan, 1.0), "the quaternion of the frame 'laser' has length nan", ""),
+        ((0.0, math.sin(0.5), 0.0, math.cos(0.5)), "", "leans by 57 degrees: its place is left"),
+    ],
+)
+def test_a_fixed_transform_that_tells_no_place_is_left_aside(bag, rotation, skipped, remark):
+    for k in range(12):
+        bag.scan(10.0 + k)
+    bag.fixed("laser", "base", (0.1, 0.2, 0.3), rotation)
+
+    log = read_log(bag.close())
+
+    assert log.scans[0].beams.tolist() == [0, 1]
+    assert all(skipped in line.reason for line in log.skipped)
+    assert len(log.skipped) == bool(skipped)
+    assert all(remark in each for each in log.remarks)
+    assert len(log.remarks) == bool(remark)
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_of_several_echoes_the_first_counts(any_bag, cut):
+    echoes = [[1.0, 7.0], [2.0], [], [math.inf, 3.0]]
+    name = "sensor_msgs/msg/"
+    beams = [any_bag.made(name + "LaserEcho", echoes=np.array(beam, np.float32)) for beam in echoes]
+    geometry = {"angle_min": -0.5, "angle_max": 0.25, "angle_increment": 0.25}
+    band = {"range_min": 0.1, "range_max": 1.5 if cut else 25.0}
+    any_bag.add(
+        "/echoes",
+        name + "MultiEchoLaserScan",
+        10.0,
+        ranges=beams,
+        intensities=[],
+        **geometry,
+        **band,
+    )
+
+    scan = read_log(any_bag.close(), strict=True).scans[0]
+
+    assert scan.beams.tolist() == ([0] if cut else [0, 1])
+    np.testing.assert_allclose(scan.ranges, [1.0, 2.0, math.nan, math.inf])
