@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from compare import disagreement
 from reference import Content, Files, answer, read_files
 
 FOLDER = Path(__file__).parent
+ROUNDING = 1e-12  # answers that differ by less stay as they stand: processors round differently
 JITTER = 1e-10  # of each input number
 JITTER_POSE = 1e-7  # how far that may move an answer
 SEEDS = 8
@@ -29,10 +31,17 @@ def texts() -> dict[str, str]:
     files = read_files(FOLDER, [vector["command"] for vector in vectors])
     for vector in vectors:
         refuse_edges(vector["name"], vector["command"], files)
-        vector["expected"] = answer(vector["command"], files)
+        vector["expected"] = answer_anew(vector, files)
     lines = ",\n".join(json.dumps(vector, allow_nan=False) for vector in vectors)
     commands = "".join(" ".join(vector["command"]) + "\n" for vector in vectors)
     return {"vectors.json": f"[\n{lines}\n]\n", "commands.txt": commands}
+
+
+def answer_anew(vector: dict[str, Any], files: Files) -> dict[str, Any]:
+    """Labkit's answer to a case; the one that stands where they differ by rounding alone."""
+    standing: dict[str, Any] = vector.get("expected", {})
+    new = answer(vector["command"], files)
+    return new if disagreement(new, standing, ROUNDING) else standing
 
 
 class OnAnEdgeError(ValueError):
