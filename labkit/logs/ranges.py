@@ -32,10 +32,12 @@ from labkit.logs.lines import (
 )
 from labkit.logs.scanner import Scanner
 from labkit.logs.sweeps import Sweep
+from labkit.support.arrays import FloatArray
 from labkit.support.errors import InvalidParameterError, LogError
 
 FEWEST_BEAMS = 4
-UNEVEN = 0.1  # of a step: directions may be rounded
+UNEVEN = 0.5  # of a step: directions may be rounded
+FEWEST_POSITIVE = 30  # beams: the ranges of so many hardly ever run evenly, even along a wall
 FIRST_ROWS = 50  # tell whether rows end in a comma, and whether the first column rises
 GEOMETRY = ("angle_min", "angle_max", "angle_increment")
 DECLARED = (*GEOMETRY, "time_increment", "range_min", "range_max")
@@ -128,7 +130,7 @@ def read_ranges_table(
     if columns:
         layout = layout_of(columns, report.file)
     else:
-        _refuse_directions(*first_rows[0], report.file)
+        _refuse_directions(first_rows, report.file)
         ends_in_comma = not any(row[-1] for _, row in first_rows)
         width = len(first_rows[0][1])
         beams = range(width - ends_in_comma)
@@ -153,20 +155,37 @@ def read_ranges_table(
         report.remarks.append(RISING)
 
 
-def _refuse_directions(line: int, row: Sequence[str], file: str) -> None:
-    """Raise `LogError` for a row that runs evenly through zero: no ranges do."""
-    numbers = np.array([float(field) for field in row if is_number(field)])
-    if len(numbers) < FEWEST_BEAMS or not np.isfinite(numbers).all():
+def _refuse_directions(rows: Sequence[tuple[int, Sequence[str]]], file: str) -> None:
+    """Raise `LogError` for a first row that runs evenly through zero: no ranges do.
+
+    Above zero a row of many beams is refused, if the row below it does not run evenly, too.
+    """
+    line, row = rows[0]
+    numbers = _finite_numbers(row)
+    if not _runs_evenly(numbers):
         return
-    if not numbers.min() < 0.0 < numbers.max():
-        return
-    steps = np.diff(numbers)
-    if (np.abs(steps - steps.mean()) <= UNEVEN * abs(steps.mean())).all():
+    below = rows[1][1] if len(rows) > 1 else row
+    is_odd = len(numbers) >= FEWEST_POSITIVE and not _runs_evenly(_finite_numbers(below))
+    if numbers.min() < 0.0 < numbers.max() or is_odd:
         raise LogError(
             f"{file}:{line}: the numbers run evenly from {numbers[0]:g} to {numbers[-1]:g}, as "
             f"directions of beams do, and ranges do not; take the row out, and pass its ends in "
             f"radians as `angles` (`--angles`)"
         )
+
+
+def _finite_numbers(row: Sequence[str]) -> FloatArray:
+    numbers = np.array([float(field) for field in row if is_number(field)])
+    return numbers[np.isfinite(numbers)]
+
+
+def _runs_evenly(numbers: FloatArray) -> bool:
+    """True if the numbers rise or fall by one step, but for rounding."""
+    if len(numbers) < FEWEST_BEAMS or numbers[0] == numbers[-1]:
+        return False
+    even = np.linspace(numbers[0], numbers[-1], len(numbers))
+    step = abs(even[1] - even[0])
+    return bool((np.abs(numbers - even) <= UNEVEN * step).all())
 
 
 def _expect_directions(

@@ -86,13 +86,23 @@ def test_a_comma_at_the_end_of_each_row_is_no_beam(save):
     np.testing.assert_allclose(np.degrees(scans[1].angles), [-90, -45, 0, 45, 90])
 
 
-@pytest.mark.parametrize("ends", [(-85.9, 80.2), (1.57, -1.57)])
-def test_a_first_row_of_directions_is_no_scan(save, ends):
-    directions = ",".join(f"{angle:.2f}" for angle in np.linspace(*ends, 9))
-    ranges = "1,2,3,4,5,4,3,2,1\n"
+@pytest.mark.parametrize(
+    ("ends", "beams"),
+    [((-85.9, 80.2), 9), ((1.57, -1.57), 9), ((0.0, 6.27), 360), ((359.0, 0.0), 360)],
+)
+def test_a_first_row_of_directions_is_no_scan(save, ends, beams):
+    directions = ",".join(f"{angle:.2f}" for angle in np.linspace(*ends, beams))
+    ranges = ",".join(f"{2 + np.sin(k):.2f}" for k in range(beams)) + "\n"
     with pytest.raises(LogError, match=r"run\.log:1: the numbers run evenly .*; take the row out"):
         read_log(save(f"{directions}\n{ranges}"), angles=HALF_CIRCLE)
     assert len(read_log(save(ranges), angles=HALF_CIRCLE)) == 1
+
+
+@pytest.mark.parametrize("step", [0.0, 0.01])
+def test_ranges_that_run_evenly_in_every_row_are_ranges(save, step):
+    ramp = ",".join(f"{2 + step * k:.2f}" for k in range(40)) + "\n"
+
+    assert len(read_log(save(2 * ramp), angles=HALF_CIRCLE)) == 2
 
 
 @pytest.mark.parametrize("title", ["frame", "Frame_Index", "sweep_id", "scan_no"])

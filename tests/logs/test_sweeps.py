@@ -80,6 +80,23 @@ def test_an_unknown_code_is_told_and_is_the_callers_to_name(save, flaser):
         assert scan.beams.tolist() == np.flatnonzero(row < 10.0).tolist()
 
 
+@pytest.mark.parametrize("share", [0.3, 0.6])
+def test_a_code_that_scatters_is_told_with_the_way_out(save, flaser, share):
+    rows = sweeps(3.0)
+    rng = np.random.default_rng(2)
+    missed = rng.random(rows.shape) < share
+    rows[missed] = rng.uniform(3.46, 3.5, np.count_nonzero(missed)).round(3)
+    path = saved(save, flaser, rows)
+
+    (remark,) = read_log(path).remarks
+    longest = float(remark.partition("`--range-max ")[2].rstrip("`)"))
+    log = read_log(path, range_max=longest)
+
+    assert remark.startswith(f"{np.count_nonzero(missed)} of {rows.size} ranges read 3.4")
+    for scan, row in zip(log.scans, ~missed, strict=True):
+        assert scan.beams.tolist() == np.flatnonzero(row).tolist()
+
+
 @pytest.mark.parametrize("code", [0, "nan", 90.0, 3.4028235e38])
 def test_what_is_no_range_makes_no_point(save, flaser, code):
     scan = read_log(save(flaser([1.0, code, 40.0, 60.0]))).scans[0]
