@@ -41,11 +41,15 @@ MEANINGS = {  # by the name: what a column holds, and the units that it may have
     **dict.fromkeys(CLOCK, ("clock", SECONDS)),
     **dict.fromkeys(SCAN, ("scan", {})),
 }
+XY, POLAR = ("x", "y"), ("angle", "range")
 PATH = frozenset({"field", "header", "msg", "message", "data", ""})  # in front of a name
 UNIT_IN_BRACKETS = re.compile(r"(.+?)[\s_]*[\[(]\s*([a-zµ°]+)\s*[\])]")
 UNIT_BEHIND = re.compile(r"(.+)[\s_.]([a-zµ°]+)")
 NUMBERED = re.compile(r"(.*?)[\s_.]?[\[(]?([0-9]+)[\])]?")
 GROUPED = re.compile(r'"[^"]*"|\[[^\]]*\]|\([^)]*\)')  # separators inside part no fields
+NUMBER = r"[-+]?(?:[0-9]+,[0-9]+(?:e[-+]?[0-9]+)?|[0-9]+|nan|inf)"  # with a comma for a point
+DECIMAL_COMMAS = re.compile(rf"{NUMBER}(?:\s+{NUMBER})+", re.IGNORECASE)
+QUOTED_DECIMALS = re.compile(rf'"{NUMBER}"(?:,"{NUMBER}")+', re.IGNORECASE)
 INSIDE = "\x1f"  # stands for them
 FEWEST_NUMBERED = 4  # a row 0, 1, 2 may be a point
 BRACKETS = {"[": "]", "(": ")"}
@@ -90,10 +94,13 @@ def parse_title(title: str) -> Column:
 def split_row(line: str) -> list[str]:
     """The fields of a row; none in a blank line or a comment.
 
-    They stand between semicolons (then a comma may be the decimal point), commas or white
-    space. What is in quotes or brackets is one field; a row that is one list is its numbers.
+    They stand between semicolons, commas or white space; a comma may be the decimal point where
+    it does not separate. What is in quotes or brackets is one field; a row that is one list is its
+    numbers.
     """
     text = line.partition("#")[0].strip()
+    if text.endswith(("],", "),")):  # of a list of lists
+        text = text[:-1]
     if is_list(text):
         return list_fields(text)
     is_grouped = '"' in text or "[" in text or "(" in text
@@ -102,12 +109,14 @@ def split_row(line: str) -> list[str]:
     if separator not in outside:
         return text.split()
     if not is_grouped:
+        if separator == "," and DECIMAL_COMMAS.fullmatch(text):
+            return text.replace(",", ".").split()
         fields = [field.strip() for field in text.split(separator)]
     else:
         masked = GROUPED.sub(lambda group: group[0].replace(separator, INSIDE), text)
         split = (field.replace(INSIDE, separator) for field in masked.split(separator))
         fields = [field.strip(" \t\"'") for field in split]
-    if separator == ";":
+    if separator == ";" or (is_grouped and QUOTED_DECIMALS.fullmatch(text)):
         return [field if " " in field else field.replace(",", ".") for field in fields]
     return fields
 
@@ -138,7 +147,9 @@ def read_header(head: Sequence[str]) -> tuple[list[Column], int]:
         titles = split_row(head[k - 1].strip().removeprefix("#")) if k else []
         columns = list(map(parse_title, titles)) if len(titles) == len(row) else []
         are_known = all(column.meaning or column.number is not None for column in columns)
-        return columns if columns and are_known else [], k
+        meanings = {column.meaning for column in columns}
+        is_table_of_points = any(meanings.issuperset(pair) for pair in (XY, POLAR))
+        return columns if columns and (are_known or is_table_of_points) else [], k
     return [], len(head)
 
 

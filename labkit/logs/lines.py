@@ -20,6 +20,7 @@ from labkit.support.errors import LabkitError, LogError
 
 MAX_BYTES = 512 << 20  # of a file, unpacked: a small packed one must not fill the memory
 ZSTD = b"\x28\xb5\x2f\xfd"
+TAR, TAR_PLACE, TAR_BLOCK = b"ustar", 257, 512  # its mark, where it stands, and in how many bytes
 MUCH = 0.1  # share of damaged lines that is told
 MAX_REASON = 180  # characters: with the file's name it stays a message that a terminal shows
 
@@ -102,8 +103,10 @@ def _decoded(file: str) -> Iterator[str]:
     """Lines with their ends; all that goes wrong is a `LogError`."""
     try:
         with open(file, "rb") as raw, _unpacked(raw) as stream:
-            head = stream.peek(4)[:4]
-            text = io.TextIOWrapper(stream, _encoding(head), errors="replace", newline="\n")
+            head = stream.peek(TAR_BLOCK)
+            if head[TAR_PLACE : TAR_PLACE + len(TAR)] == TAR:
+                raise LogError("it is a tar archive; unpack it")
+            text = io.TextIOWrapper(stream, _encoding(head[:4]), errors="replace", newline=None)
             while line := text.readline(MAX_BYTES + 1):
                 yield line
     except Exception as error:  # a damaged archive raises errors of many kinds

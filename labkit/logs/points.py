@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from labkit.logs.clocks import parse_stamp
-from labkit.logs.columns import Column, parse_title, split_row
+from labkit.logs.columns import POLAR, XY, Column, parse_title, split_row
 from labkit.logs.lines import (
     DamagedLine,
     DamageReport,
@@ -31,7 +31,6 @@ from labkit.scan import check_angles
 from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.errors import InvalidParameterError, LogError
 
-XY, POLAR = ("x", "y"), ("angle", "range")
 UNTITLED = {count: [*map(parse_title, ("scan", *XY)[-count:])] for count in (2, 3)}
 MANY_ROWS = 20  # from here on it is no chance that a column rises in every row
 

@@ -176,7 +176,7 @@ def _refuse_directions(rows: Sequence[tuple[int, Sequence[str]]], file: str) -> 
 
 def _finite_numbers(row: Sequence[str]) -> FloatArray:
     numbers = np.array([float(field) for field in row if is_number(field)])
-    return numbers[np.isfinite(numbers)]
+    return np.asarray(numbers[np.isfinite(numbers)])
 
 
 def _runs_evenly(numbers: FloatArray) -> bool:

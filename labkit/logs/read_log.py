@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.logs.array_files import is_array_file, read_array_file
-from labkit.logs.columns import Column, is_list, list_fields, read_header, split_row
+from labkit.logs.columns import POLAR, Column, is_list, list_fields, read_header, split_row
 from labkit.logs.laser_lines import CARMEN_WORDS, G2O_WORDS, read_laser_lines, scanner_trajectories
 from labkit.logs.lines import DamageReport, is_number, read_lines
 from labkit.logs.log import Log
-from labkit.logs.points import POLAR, coordinates_of, read_points_table
+from labkit.logs.points import coordinates_of, read_points_table
 from labkit.logs.ranges import FEWEST_BEAMS, read_ranges_table
 from labkit.logs.rosbag import bag_kind, read_bag
 from labkit.logs.scanner import Scanner
@@ -42,6 +42,13 @@ FORMATS = (
     "rows `x,y`, `scan,x,y` or `scan,angle,range`, and ranges, one scan a row; for others "
     "`Scan.from_ranges` makes scans of arrays"
 )
+FOREIGN = {  # beginnings of files that others write, and the way out
+    "header:": "is it printed by `rostopic echo`? labkit reads its tables (`-p`), and bags",
+    "{": "is it JSON? write its ranges as a table, a scan a row",
+    "[{": "is it JSON? write its ranges as a table, a scan a row",
+    "[[": "is it a list of lists? write each of them in a row of its own",
+    "[": "does a list go on in the next line? write each scan in a row of its own",
+}
 KILLIAN = "killian"  # the built-in run: MIT Killian Court, 3,873 scans over 1.9 km
 HEAD = 1000  # lines that tell the format
 OF_TEXT = ("angles", "no_return", "laser_offset", "time_increment")
@@ -274,20 +281,40 @@ def _format(head: Sequence[str], file: str) -> tuple[str, list[Column], int]:
             f"`range`, and ranges need numbered beams (`r0`, `r1`, ...); rename them, or begin a "
             f"title with #"
         )
-    for row in rows:
-        if all(_is_value(field) for field in row if field):
+    first_line = next((line.strip() for line in head if line.strip()), "")
+    is_foreign = first_line.startswith(tuple(FOREIGN)) and not _holds_values(split_row(first_line))
+    for row in [] if is_foreign else rows:
+        if _holds_values(row):
+            filled = [field for field in row if field]
             if len(row) >= FEWEST_BEAMS:
                 return "ranges", columns, begin
-            if len(row) > 1:
-                return "points", columns, begin
-    begin_of_file = repr("".join(head[:1])[:40])
+            if len(filled) > 1:
+                return "points", [], begin
     raise LogError(
-        f"{file}: unknown format, the file begins with {begin_of_file}; labkit reads {FORMATS}"
+        f"{file}: unknown format, the file begins with {first_line[:40]!r}"
+        f"{_way_out(first_line, rows)}; labkit reads {FORMATS}"
     )
+
+
+def _way_out(first_line: str, rows: Sequence[Sequence[str]]) -> str:
+    """A clause on what a file of no known format seems to be, and how it can be read; or none."""
+    for beginning, way_out in FOREIGN.items():
+        if first_line.startswith(beginning):
+            return f": {way_out}"
+    row = rows[0] if rows else []
+    words = [field for field in row if field and not _is_value(field)]
+    if len(words) < len(row) - FEWEST_BEAMS:
+        return f", and {words[0]!r:.30} stands among its numbers: name the columns in a first row"
+    return ""
 
 
 def _is_value(field: str) -> bool:
     return is_number(field) or is_list(field)
+
+
+def _holds_values(row: Sequence[str]) -> bool:
+    """Recognise a row without words; fields may be empty."""
+    return all(_is_value(field) for field in row if field)
 
 
 def _are_ranges(columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> bool:

@@ -21,6 +21,11 @@ HALF_CIRCLE = (-np.pi / 2, np.pi / 2)
         "Y;X\n2;1\n4e-3;-3.5\n",
         '"time","x","y"\n0.25,1,2\n1.25,-3.5,4e-3\n',
         "intensity x y\n9 1 2\n8 -3.5 4e-3\n",
+        "# x y quality\n1 2 9\n-3.5 4e-3 8\n",
+        "1,0\t2\n-3,5\t0,004\n",
+        "1,0  2,0\n-3,5 0,004\n",
+        '"1,0","2"\n"-3,5","0,004"\n',
+        "1,2\r-3.5,4e-3\r",
     ],
 )
 def test_one_scan_in_every_spelling(save, text):
@@ -78,6 +83,11 @@ def test_a_row_of_ranges_is_a_scan(save, header):
 def test_a_header_alone_is_no_scan(save, header):
     with pytest.raises(LogError, match="a ranges log without any scan"):
         read_log(save(f"{header}\n"), angles=HALF_CIRCLE)
+
+
+def test_rows_of_a_list_of_lists_are_rows(save):
+    scans = read_log(save("[1, 2, nan, 4],\n(5, 6, 7, 8),\n"), angles=HALF_CIRCLE).scans
+    assert [scan.beams.tolist() for scan in scans] == [[0, 1, 3], [0, 1, 2, 3]]
 
 
 def test_a_comma_at_the_end_of_each_row_is_no_beam(save):

@@ -3,6 +3,7 @@
 import gzip
 import io
 import sys
+import tarfile
 import zipfile
 
 import pytest
@@ -17,6 +18,15 @@ def zipped(members, method=zipfile.ZIP_DEFLATED):
     with zipfile.ZipFile(buffer, "w", method) as archive:
         for name, text in members.items():
             archive.writestr(name, text)
+    return buffer.getvalue()
+
+
+def tarred(content):
+    buffer = io.BytesIO()
+    with tarfile.open(fileobj=buffer, mode="w") as archive:
+        member = tarfile.TarInfo("run.csv")
+        member.size = len(content)
+        archive.addfile(member, io.BytesIO(content))
     return buffer.getvalue()
 
 
@@ -58,6 +68,20 @@ def test_the_name_of_a_run_goes_without_suffixes(save, run, name, expected):
             b"\x7fELF\0\0\0",
             r"f: unknown format, the file begins with '\\x7fELF.*'; labkit",
         ),
+        (b"header:\n  seq: 1\nranges: [1.0, 2.0]\n", "'header:': is it printed by `rostopic echo`"),
+        (b'{"ranges": [1.0, 2.0, 3.0]}\n', "is it JSON. write its ranges as a table"),
+        (
+            b'[\n {\n  "ranges": [\n   3.29,\n   3.3\n  ]\n }\n]\n',
+            "begins with '\\[': does a list go on",
+        ),
+        (b"[1.5 2.5 3.5\n 1.5 2.5 3.5 4.5\n 1.5]\n", "does a list go on in the next line"),
+        (b"[[1.0, 2.0, 3.0, 4.0], [2.0, 2.0, 2.0, 2.0]]\n", "is it a list of lists"),
+        (
+            b"17,0,laser,-2.0,2.0,0.1,1.5,1.6\n",
+            "'laser' stands among its numbers: name the columns",
+        ),
+        (tarred(b"1,2,3,4\n5,6,7,8\n"), "f: cannot be read: it is a tar archive; unpack it"),
+        (gzip.compress(tarred(b"1,2\n")), "f: cannot be read: it is a tar archive; unpack it"),
         (b"Dear reader,\n", r"f: unknown format, .*'Dear reader,'; .*from_ranges"),
         (
             zipped({"a": "x", "b": "y"}),
