@@ -140,7 +140,7 @@ def read_header(head: Sequence[str]) -> tuple[list[Column], int]:
     """
     for k, line in enumerate(head):
         row = split_row(line)
-        if not row:
+        if not row or line.startswith("sep="):  # Excel's word on its separator
             continue
         if are_titles(row):
             return list(map(parse_title, row)), k + 1

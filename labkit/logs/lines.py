@@ -86,7 +86,7 @@ def read_lines(report: DamageReport) -> Iterator[tuple[int, str]]:
     read than the caller takes.
     """
     is_blank, size = True, 0
-    for number, line in enumerate(_decoded(report.file), 1):
+    for number, line in enumerate(_decoded(report), 1):
         size += len(line)
         if size > MAX_BYTES:
             raise LogError(
@@ -99,8 +99,10 @@ def read_lines(report: DamageReport) -> Iterator[tuple[int, str]]:
         raise LogError(f"{report.file}: the file is empty")
 
 
-def _decoded(file: str) -> Iterator[str]:
-    """Lines with their ends; all that goes wrong is a `LogError`."""
+def _decoded(report: DamageReport) -> Iterator[str]:
+    """Lines with their ends; all that goes wrong is a `LogError`, but for a packed file's end."""
+    file = report.file
+    line_count = 0
     try:
         with open(file, "rb") as raw, _unpacked(raw) as stream:
             head = stream.peek(TAR_BLOCK)
@@ -108,7 +110,12 @@ def _decoded(file: str) -> Iterator[str]:
                 raise LogError("it is a tar archive; unpack it")
             text = io.TextIOWrapper(stream, _encoding(head[:4]), errors="replace", newline=None)
             while line := text.readline(MAX_BYTES + 1):
+                line_count += 1
                 yield line
+    except EOFError as error:  # the file was cut: what it holds until there is good
+        if line_count == 0:
+            raise LogError(f"{file}: cannot be read: {shorten(str(error))}") from None
+        report.skip(line_count + 1, "the packed file breaks off here")
     except Exception as error:  # a damaged archive raises errors of many kinds
         reason = shorten(getattr(error, "strerror", None) or str(error) or type(error).__name__)
         raise LogError(f"{file}: cannot be read: {reason}") from None

@@ -41,7 +41,8 @@ FEWEST_POSITIVE = 30  # beams: the ranges of so many hardly ever run evenly, eve
 FIRST_ROWS = 50  # tell whether rows end in a comma, and whether the first column rises
 GEOMETRY = ("angle_min", "angle_max", "angle_increment")
 DECLARED = (*GEOMETRY, "time_increment", "range_min", "range_max")
-LEFT_OUT = frozenset({"", "seq", "frame_id", "scan_time", "intensities", "intensity"})
+IN_ONE_WORD = {name.replace("_", ""): name for name in DECLARED}  # `AngleMin`, as MATLAB writes
+LEFT_OUT = frozenset({"", "seq", "topic", "frame_id", "scan_time", "intensities", "intensity"})
 RISING = (
     "the first column rises in every row: if it is a clock and no beam, say so in a header, as "
     "`stamp,r0,r1,r2`"
@@ -72,8 +73,8 @@ def layout_of(columns: Sequence[Column], file: str) -> Layout:
             beams.append(column)
         elif column.meaning == "clock":
             clocks.append(column)
-        elif column.name in DECLARED:
-            declared[column.name] = k, column.scale
+        elif (name := IN_ONE_WORD.get(column.name, column.name)) in DECLARED:
+            declared[name] = k, column.scale
         elif column.name not in LEFT_OUT or (column.number is not None and not column.name):
             raise LogError(
                 f"{file}: the column {column.title!r} is neither a clock ({', '.join(CLOCK[:3])}) "

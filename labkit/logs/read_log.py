@@ -44,6 +44,7 @@ FORMATS = (
 )
 FOREIGN = {  # beginnings of files that others write, and the way out
     "header:": "is it printed by `rostopic echo`? labkit reads its tables (`-p`), and bags",
+    "version https://git-lfs": "it stands for a file of Git LFS, which `git lfs pull` fetches",
     "{": "is it JSON? write its ranges as a table, a scan a row",
     "[{": "is it JSON? write its ranges as a table, a scan a row",
     "[[": "is it a list of lists? write each of them in a row of its own",
@@ -268,12 +269,29 @@ def _format(head: Sequence[str], file: str) -> tuple[str, list[Column], int]:
         return "g2o", [], 0
     if words & CARMEN_WORDS:
         return "carmen", [], 0
+    first_line = next((line.strip() for line in head if line.strip()), "")
     columns, begin = read_header(head)
     rows = [row for row in map(split_row, head[begin:]) if row][:5]
-    if coordinates_of(columns):
-        return "points", columns, begin
-    if _are_ranges(columns, rows):
-        return "ranges", columns, begin
+    is_foreign = first_line.startswith(tuple(FOREIGN)) and not _holds_values(split_row(first_line))
+    if not is_foreign:
+        if _are_ranges(columns, rows):
+            return "ranges", columns, begin
+        if coordinates_of(columns):
+            return "points", columns, begin
+        _expect_no_titles(columns, rows, file)
+        for row in filter(_holds_values, rows):
+            if len(row) >= FEWEST_BEAMS:
+                return "ranges", columns, begin
+            if len([field for field in row if field]) > 1:
+                return "points", [], begin
+    raise LogError(
+        f"{file}: unknown format, the file begins with {first_line[:40]!r}"
+        f"{_way_out(first_line, rows)}; labkit reads {FORMATS}"
+    )
+
+
+def _expect_no_titles(columns: Sequence[Column], rows: Sequence[Sequence[str]], file: str) -> None:
+    """Raise `LogError` for titles above values, none of which says what is known."""
     if len(columns) > 1 and any(any(map(_is_value, row)) for row in rows):
         titles = ", ".join(column.title for column in columns[:12])
         raise LogError(
@@ -281,19 +299,6 @@ def _format(head: Sequence[str], file: str) -> tuple[str, list[Column], int]:
             f"`range`, and ranges need numbered beams (`r0`, `r1`, ...); rename them, or begin a "
             f"title with #"
         )
-    first_line = next((line.strip() for line in head if line.strip()), "")
-    is_foreign = first_line.startswith(tuple(FOREIGN)) and not _holds_values(split_row(first_line))
-    for row in [] if is_foreign else rows:
-        if _holds_values(row):
-            filled = [field for field in row if field]
-            if len(row) >= FEWEST_BEAMS:
-                return "ranges", columns, begin
-            if len(filled) > 1:
-                return "points", [], begin
-    raise LogError(
-        f"{file}: unknown format, the file begins with {first_line[:40]!r}"
-        f"{_way_out(first_line, rows)}; labkit reads {FORMATS}"
-    )
 
 
 def _way_out(first_line: str, rows: Sequence[Sequence[str]]) -> str:

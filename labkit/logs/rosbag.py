@@ -54,6 +54,8 @@ def bag_kind(path: Path) -> str:
     except (OSError, ValueError):  # no file, or no name of one: the reader says so
         head = b""
     named = path.suffix if path.suffix in FIRST_BYTES.values() else ""  # if its head is lost
+    if head.startswith(b"version https:"):  # of Git LFS: the reader of lines says so
+        named = ""
     return next((kind for first, kind in FIRST_BYTES.items() if head.startswith(first)), named)
 
 

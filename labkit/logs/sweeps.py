@@ -95,7 +95,8 @@ def _suspect_millimetres(sweeps: Sequence[Sweep], report: DamageReport) -> None:
         short += int(np.count_nonzero(positive <= MILLIMETRES))
     if returned and short < 0.1 * returned:
         report.remarks.append(
-            f"nearly all ranges exceed {MILLIMETRES:g} m: are they millimetres? labkit reads metres"
+            f"nearly all ranges exceed {MILLIMETRES:g} m: are they millimetres? labkit reads "
+            f"metres, unless a title says `ranges_mm` or `r0_mm`"
         )
 
 

@@ -2,6 +2,7 @@
 
 import gzip
 import importlib.util
+import lzma
 
 import numpy as np
 import pytest
@@ -92,6 +93,22 @@ def test_a_damaged_line_alone_is_left_out_and_named(scratch, good, robotlaser, d
         del lines[k]
         scratch.write_text(header + "".join(lines))
         assert rows_of(log) == rows_of(read_log(scratch, strict=True, **beams))
+
+
+@pytest.mark.parametrize("pack", [gzip.compress, lzma.compress])
+def test_a_packed_file_that_is_cut_gives_its_scans_until_there(save, flaser, pack):
+    rng = np.random.default_rng(3)
+    lines = [flaser(rng.uniform(1.0, 4.0, 180).round(2).tolist()) for _ in range(60)]
+    packed = pack("".join(lines).encode())
+    whole = read_log(save(packed))
+
+    log = read_log(path := save(packed[: len(packed) * 3 // 4]))
+
+    assert 0 < len(log) < len(whole)
+    assert rows_of(log)[:-1] == rows_of(whole)[: len(log) - 1]
+    assert log.skipped[-1].reason == "the packed file breaks off here"
+    with pytest.raises(LogError, match=r"run.log:\d+: "):
+        read_log(path, strict=True)
 
 
 @pytest.fixture(scope="module")

@@ -129,6 +129,27 @@ def test_a_table_of_ranges_needs_the_directions_of_its_beams(save):
         read_log(path, angles=[0.0, np.nan])
 
 
+@pytest.mark.parametrize(
+    ("titles", "row"),
+    [
+        ("Time,AngleMin,AngleIncrement,Ranges", "10.5,-1,0.5,1 2 3 4 5"),
+        ("topic,stamp,angle_min,angle_max,ranges", '/scan,10.5,-1,1,"[1, 2, 3, 4, 5]"'),
+        ("sep=;\nstamp;angle_min;angle_max;r0;r1;r2;r3;r4", "10,5;-1;1;1;2;3;4;5"),
+    ],
+)
+def test_tables_of_other_exporters(save, titles, row):
+    log = read_log(save(f"{titles}\n{row}\n{row.replace('10', '11', 1)}\n"), strict=True)
+    assert log.stamps.tolist() == [10.5, 11.5]
+    np.testing.assert_allclose(log.scans[0].angles, [-1.0, -0.5, 0.0, 0.5, 1.0])
+    assert log.scans[0].ranges.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0]
+
+
+def test_a_pose_beside_beams_makes_no_table_of_points(save):
+    path = save("x,y,theta,r0,r1,r2,r3\n0,0,0,1,2,3,4\n")
+    with pytest.raises(LogError, match=r"the column 'x' is neither a clock .* nor a numbered beam"):
+        read_log(path, angles=HALF_CIRCLE)
+
+
 @pytest.mark.parametrize("clock", ["", "stamp,", "Time,"])
 @pytest.mark.parametrize("place", [0, 2, 6])
 @pytest.mark.parametrize("name", ["speed", "t", "class", "quality3"])

@@ -98,6 +98,14 @@ def test_a_file_without_a_scan(save, content, message):
         read_log(save(content, "f"))
 
 
+def test_a_pointer_of_git_lfs_is_no_bag(save):
+    pointer = save("version https://git-lfs.github.com/spec/v1\nsize 12\n", "run.bag")
+    with pytest.raises(
+        LogError, match=r"run.bag: unknown format, .*, which `git lfs pull` fetches"
+    ):
+        read_log(pointer)
+
+
 def test_paths_with_nothing_to_read(tmp_path):
     for path, problem in (
         (tmp_path / "gone.log", "No such"),
