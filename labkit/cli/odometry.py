@@ -94,7 +94,8 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
 
 def _add_log_options(parser: argparse.ArgumentParser) -> None:
     """Add the parameters of `labkit.logs.read_log`."""
-    add, pose = parser.add_argument_group("log").add_argument, ("X", "Y", "THETA")
+    add = parser.add_argument_group("log").add_argument
+    pose = ("X", "Y", "THETA")
     place = "the scanner's place on the robot, where the log does not say it [m, m, rad]"
     beams = "directions of the first and the last beam [rad], in place of what the log declares"
     near = "ranges make points above this, in place of what the log declares [m]"
@@ -117,13 +118,21 @@ def _add_log_options(parser: argparse.ArgumentParser) -> None:
 def _add_parameters(parser: argparse.ArgumentParser) -> None:
     """Add an option for each field in `OPTIONS`; default, meaning and unit are the field's."""
     for part, names in OPTIONS.items():
-        group, defaults = parser.add_argument_group(part), getattr(OdometryParameters(), part)
+        group = parser.add_argument_group(part)
+        defaults = getattr(OdometryParameters(), part)
         for field in fields(defaults):
             if field.name in names:
-                default, unit = getattr(defaults, field.name), field.metadata.get("unit", "–")
-                told = f"{field.metadata['help']} [{unit}] (default {default})"
-                look: Any = {"dest": field.name, "default": default, "help": told, "metavar": "X"}
-                group.add_argument(flag(field.name), type=float, **look)
+                default = getattr(defaults, field.name)
+                unit = field.metadata.get("unit", "–")
+                meaning = f"{field.metadata['help']} [{unit}] (default {default})"
+                group.add_argument(
+                    flag(field.name),
+                    dest=field.name,
+                    type=float,
+                    default=default,
+                    metavar="X",
+                    help=meaning,
+                )
 
 
 def flag(name: str) -> str:
@@ -138,7 +147,7 @@ def run(args: argparse.Namespace) -> int:
     if args.scans is not None:
         check_count(args.scans, "scans", at_least=2)
     parameters = _parameters(args)
-    with _named_file(args.log) as file:
+    with _copy_standard_input(args.log) as file:
         log = _read(file, args)
     paths = output_paths(args.out, log.name, [args.log, args.odometry])
     make_sure_of_room(paths, len(log))
@@ -187,8 +196,8 @@ def _progress(
 
 
 @contextmanager
-def _named_file(log: str) -> Iterator[str]:
-    """The log's file; of standard input, ``-``, a copy that is kept for the time of reading."""
+def _copy_standard_input(log: str) -> Iterator[str]:
+    """Name the log's file: of standard input, ``-``, a copy that lasts for the time of reading."""
     if log != "-":
         yield log
         return
@@ -198,7 +207,7 @@ def _named_file(log: str) -> Iterator[str]:
             shutil.copyfileobj(sys.stdin.buffer, file)
         try:
             yield str(copy)
-        except LogError as error:  # nobody knows the copy
+        except LogError as error:  # the user does not know the copy
             raise LogError(str(error).replace(str(copy), STANDARD_INPUT)) from None
         except InvalidParameterError as error:
             problem = error.problem.replace(str(copy), STANDARD_INPUT)
@@ -234,7 +243,7 @@ def _print_errors(log: Log, result: OdometryResult, wheels: FloatArray | None) -
 
 
 def choose_prior(log: Log) -> tuple[FloatArray | None, str]:
-    """Increments (K−1, 3) from which the steps start, and a word on their origin."""
+    """Increments (K−1, 3) from which the steps start, and the name of their origin."""
     if log.odometry is not None:
         return increments_between(log.odometry), "the log's odometry"
     if log.name == "killian" and log.reference is not None:
@@ -248,7 +257,8 @@ def _decisions(result: OdometryResult, seconds: float) -> str:
     steps = len(result.records) - 1
     search = result.count(Decision.SEARCH)
     matched = search + result.count(Decision.ICP)
-    prior, skipped = result.count(Decision.PRIOR), result.count(Decision.HOLD, Decision.STAND)
+    prior = result.count(Decision.PRIOR)
+    skipped = result.count(Decision.HOLD, Decision.STAND)
     degenerate = sum(record.degenerate for record in result.records)
     doubtful = sum(record.is_doubtful for record in result.records)
     return (
@@ -261,12 +271,13 @@ def _decisions(result: OdometryResult, seconds: float) -> str:
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Align columns under a header: the first to the left, the others to the right."""
-    lines = [list(header), *map(list, rows)]
-    widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
-    return "\n".join(
-        "  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip()
-        for line in lines
-    )
+    cells = [list(header), *map(list, rows)]
+    widths = [max(len(row[i]) for row in cells) for i in range(len(header))]
+    lines = []
+    for row in cells:
+        numbers = map(str.rjust, row[1:], widths[1:])
+        lines.append("  ".join([row[0].ljust(widths[0]), *numbers]).rstrip())
+    return "\n".join(lines)
 
 
 ERROR_HEADER = ("error", "median", "p95", "max", "rmse", "", "median", "p95", "max", "rmse")

@@ -89,24 +89,26 @@ def scanner_trajectories(
     x, y, theta = mounts.T
     cosine, sine = np.median(np.cos(theta)), np.median(np.sin(theta))  # where ±π are one
     mount = np.array([np.median(x), np.median(y), np.arctan2(sine, cosine)])
-    off = np.abs(to_xytheta(relative(matrices_of(mount), matrices_of(mounts)))).max(axis=1)
-    rigid = _most(off) <= SAME_PLACE
-    declared = rigid and bool(np.abs(mount).max() > PRINTED)
-    if declared and laser_offset.any():
+    differences = np.abs(to_xytheta(relative(matrices_of(mount), matrices_of(mounts))))
+    is_rigid = _largest_usual(differences.max(axis=1)) <= SAME_PLACE
+    is_declared = is_rigid and bool(np.abs(mount).max() > PRINTED)
+    if is_declared and laser_offset.any():
         raise LogError(
             f"{file}: the log itself says where the scanner sits on the robot, at "
             f"{mount.round(4).tolist()} (m, m, rad); leave `laser_offset` out"
         )
-    offset = mount if declared else laser_offset
+    offset = mount if is_declared else laser_offset
     vertices = np.array([sweep.vertex for sweep in sweeps if sweep.vertex is not None])
     if len(vertices):
         gaps = np.abs(to_xytheta(relative(matrices_of(vertices), matrices_of(robot))))
-        repeated = _most(gaps.max(axis=1)) <= PRINTED
-        return None if repeated else scanner_poses(robot, offset), scanner_poses(vertices, offset)
+        is_repeated = _largest_usual(gaps.max(axis=1)) <= PRINTED
+        return None if is_repeated else scanner_poses(robot, offset), scanner_poses(
+            vertices, offset
+        )
     laser = np.column_stack([laser[:, :2], wrap(laser[:, 2])])
-    if declared:
+    if is_declared:
         return laser, None
-    return scanner_poses(robot, offset), None if rigid else laser
+    return scanner_poses(robot, offset), None if is_rigid else laser
 
 
 def _parse_flaser(
@@ -116,7 +118,8 @@ def _parse_flaser(
     expect_fields(fields, n + 11, f"FLASER with {n} beams")
     step = math.pi / (n if n % 2 == 0 else n - 1)
     angles = scanner.beams(n, -math.pi / 2, step, report)
-    ranges, stamp = parse_numbers(fields[2 : n + 2], "range"), _parse_stamp(*fields[-3:])
+    ranges = parse_numbers(fields[2 : n + 2], "range")
+    stamp = _parse_stamp(*fields[-3:])
     return Sweep(
         number,
         scanner.scan(ranges, angles, report, stamp=stamp, band=(0.0, FLASER_MAXIMUM)),
@@ -142,7 +145,8 @@ def _parse_robotlaser(
     # 0.017453 is short of one degree by 3e-7 rad, which 179 steps make 5e-5 rad.
     exact = (each for each in (fov / n, fov / max(n - 1, 1)) if abs(each - step) <= 1e-6)
     angles = scanner.beams(n, start, next(exact, step), report)
-    ranges, stamp = parse_numbers(fields[9 : n + 9], "range"), _parse_stamp(*fields[-3:])
+    ranges = parse_numbers(fields[9 : n + 9], "range")
+    stamp = _parse_stamp(*fields[-3:])
     first = n + m + 10
     return Sweep(
         number,
@@ -159,7 +163,7 @@ def _parse_stamp(ipc: str, host: str, logger: str) -> float:
     return ipc_stamp or parse_finite(logger, f"the logger timestamp beside host {host[:30]!r}")
 
 
-def _most(gaps: FloatArray) -> float:
-    """The gap that all but a tenth of the lines, of three at least one, do not exceed."""
+def _largest_usual(gaps: FloatArray) -> float:
+    """Largest gap without the worst tenth of the lines, or one of three lines."""
     few = max(min(1, len(gaps) // 3), len(gaps) // 10)
     return float(np.sort(gaps)[-1 - few])

@@ -86,7 +86,7 @@ def read_lines(report: DamageReport) -> Iterator[tuple[int, str]]:
     read than the caller takes.
     """
     is_blank, size = True, 0
-    for number, line in enumerate(_decoded(report), 1):
+    for number, line in enumerate(_decode_lines(report), 1):
         size += len(line)
         if size > MAX_BYTES:
             raise LogError(
@@ -99,12 +99,12 @@ def read_lines(report: DamageReport) -> Iterator[tuple[int, str]]:
         raise LogError(f"{report.file}: the file is empty")
 
 
-def _decoded(report: DamageReport) -> Iterator[str]:
+def _decode_lines(report: DamageReport) -> Iterator[str]:
     """Lines with their ends; all that goes wrong is a `LogError`, but for a packed file's end."""
     file = report.file
     line_count = 0
     try:
-        with open(file, "rb") as raw, _unpacked(raw) as stream:
+        with open(file, "rb") as raw, _unpack(raw) as stream:
             head = stream.peek(TAR_BLOCK)
             if head[TAR_PLACE : TAR_PLACE + len(TAR)] == TAR:
                 raise LogError("it is a tar archive; unpack it")
@@ -121,7 +121,7 @@ def _decoded(report: DamageReport) -> Iterator[str]:
         raise LogError(f"{file}: cannot be read: {reason}") from None
 
 
-def _unpacked(raw: io.BufferedReader) -> io.BufferedReader:
+def _unpack(raw: io.BufferedReader) -> io.BufferedReader:
     """The bytes of a file, or those in its packing."""
     magic = raw.peek(4)[:4]
     if magic == ZSTD:

@@ -41,7 +41,7 @@ class StoredScan:
     band: Band
     codes: tuple[Band, ...] = ()
 
-    def measured(self) -> FloatArray:
+    def measured_ranges(self) -> FloatArray:
         """Ranges that make a point, codes included."""
         low, high = self.band
         is_within = (self.ranges > low) & (self.ranges < min(high, LONGEST_RANGE))

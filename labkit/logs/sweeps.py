@@ -84,7 +84,9 @@ def _batches(sweeps: Sequence[Sweep], *, measured: bool) -> Iterator[FloatArray]
     scans = _scans_of_ranges(sweeps)
     for k in range(0, len(scans), BATCH):
         batch = scans[k : k + BATCH]
-        yield np.concatenate([scan.measured() if measured else scan.ranges for scan in batch])
+        yield np.concatenate(
+            [scan.measured_ranges() if measured else scan.ranges for scan in batch]
+        )
 
 
 def _suspect_millimetres(sweeps: Sequence[Sweep], report: DamageReport) -> None:

@@ -103,7 +103,8 @@ def planar_heading(qx: float, qy: float, qz: float, qw: float) -> float:
         raise DamagedLine(f"the quaternion has length {norm:.4g}, expected 1 (order qx qy qz qw)")
     if math.hypot(qx, qy) > LEAN:
         raise DamagedLine(f"a rotation out of the plane, qx = {qx:g} and qy = {qy:g}, expected 0")
-    sine, cosine = 2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz
+    sine = 2.0 * (qw * qz + qx * qy)
+    cosine = qw * qw + qx * qx - qy * qy - qz * qz
     return float(wrap(math.atan2(sine, cosine)))
 
 
@@ -123,14 +124,17 @@ def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> 
         A pose for each scan, θ in (−π, π]; NaN where no pose lies within 0.1 s of the scan, nor two
         around it within 2 s of each other.
     """
-    rows, t = as_poses(poses, "poses"), as_stamps(stamps, "stamps")
+    rows = as_poses(poses, "poses")
+    t = as_stamps(stamps, "stamps")
     known = as_stamps(times, "times", len(rows))
     order = np.argsort(known, kind="stable")
     known, rows = known[order], rows[order]
-    k, bounds = np.searchsorted(known, t), np.array([-np.inf, *known, np.inf])
+    bounds = np.array([-np.inf, *known, np.inf])
+    k = np.searchsorted(known, t)
     before, after = bounds[k], bounds[k + 1]
-    told = (after - before <= SILENCE) | (np.minimum(t - before, after - t) <= BESIDE)
-    if np.count_nonzero(told) < min(len(t), 2):
+    is_near = np.minimum(t - before, after - t) <= BESIDE
+    has_pose = is_near | (after - before <= SILENCE)
+    if np.count_nonzero(has_pose) < min(len(t), 2):
         raise InvalidPointsError(
             f"`stamps` must lie within `times`, {known[0]:.10g} to {known[-1]:.10g} s and at most "
             f"{SILENCE:g} s apart, got {t.min():.10g} to {t.max():.10g} s; bring both to one "
@@ -138,7 +142,7 @@ def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> 
         )
     theta = np.interp(t, known, np.unwrap(rows[:, 2]))
     x, y = (np.interp(t, known, rows[:, axis]) for axis in (0, 1))
-    return np.where(told[:, None], np.column_stack([x, y, wrap(theta)]), np.nan)
+    return np.where(has_pose[:, None], np.column_stack([x, y, wrap(theta)]), np.nan)
 
 
 def scanner_track(
@@ -157,25 +161,29 @@ def scanner_track(
             f"the clock of the odometry jumps back: {low:.10g} to {high:.10g} s come twice, and "
             f"scans in between have no odometry"
         )
-    told = np.isfinite(track[:, 0])
-    if not told.any():
+    has_pose = np.isfinite(track[:, 0])
+    if not has_pose.any():
         raise LogError(f"{file}: {'; '.join(remarks)}, that is all of them")
-    track[told] = scanner_poses(track[told], offset)
-    if told.all() or remarks:
+    track[has_pose] = scanner_poses(track[has_pose], offset)
+    if has_pose.all() or remarks:
         return track, remarks
     return track, [
-        f"{np.count_nonzero(~told)} of {len(told)} scans have no odometry, the first at "
-        f"{stamps[~told][0]:.10g} s: it is silent there for longer than {SILENCE:g} s"
+        f"{np.count_nonzero(~has_pose)} of {len(has_pose)} scans have no odometry, the first at "
+        f"{stamps[~has_pose][0]:.10g} s: it is silent there for longer than {SILENCE:g} s"
     ]
 
 
 def _overlaps(times: FloatArray) -> list[tuple[float, float]]:
     """Stretches of time that come twice, where a clock jumps back; a swap of two rows is none."""
     jumps = np.flatnonzero(np.diff(times) < -BESIDE) + 1
-    epochs = [(float(epoch.min()), float(epoch.max())) for epoch in np.split(times, jumps)]
-    pairs = combinations(epochs, 2)
-    shared = ((max(a[0], b[0]), min(a[1], b[1])) for a, b in pairs)
-    return [(low, high) for low, high in shared if low <= high]
+    epochs = np.split(times, jumps)
+    overlaps = []
+    for one, other in combinations(epochs, 2):
+        low = max(float(one.min()), float(other.min()))
+        high = min(float(one.max()), float(other.max()))
+        if low <= high:
+            overlaps.append((low, high))
+    return overlaps
 
 
 def odd_steps(odometry: FloatArray, scans: Sequence[Scan]) -> list[str]:
