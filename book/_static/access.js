@@ -97,7 +97,7 @@ const make = (tag, attributes = {}, ...children) => {
     // the rest is folded. A link into a fold opens it.
     const MANY = 8; // rows
     const unfold = () => {
-      const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+      const target = document.getElementById(location.hash.slice(1));
       let fold = target?.closest("details");
       while (fold) {
         fold.open = true;

@@ -41,6 +41,9 @@ def frame_points(ax: Axes, points: FloatArray) -> None:
     """Let `ax` show the points (N, 2), but for lone ones far away."""
     low, high = np.quantile(points, [OUTSIDE, 1.0 - OUTSIDE], axis=0)
     margin = 0.1 * (high - low)
-    left, bottom = np.maximum(points.min(axis=0), low - margin)
-    right, top = np.minimum(points.max(axis=0), high + margin)
+    low = np.maximum(points.min(axis=0), low - margin)
+    high = np.minimum(points.max(axis=0), high + margin)
+    flat = low == high  # a wall along an axis
+    left, bottom = low - 0.5 * flat
+    right, top = high + 0.5 * flat
     ax.set(xlim=(left, right), ylim=(bottom, top))

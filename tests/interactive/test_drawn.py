@@ -8,6 +8,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from PIL import Image
 
+from labkit import IcpParameters
 from labkit.interactive import (
     align_by_hand,
     default_scenes,
@@ -23,12 +24,16 @@ LESSON = lesson_experiment()
 SCENE = default_scenes()[1]
 LOOK = {"label": "moved", "start": (0, 0, 0), "xlim": (-2, 8), "ylim": (-2, 8)}
 SLIDERS = {"turn": range(3), "x": range(3), "y": range(3)}
+WALL = np.column_stack([np.linspace(0.0, 5.0, 200), np.zeros(200)])
+NARROW = IcpParameters(max_correspondence_distance=1e-6)
 POINTS = {"source": LESSON.source.points, "target": LESSON.target.points}
 MAKERS = {
     "explorer": lambda: icp_explorer([SCENE]),
     "by hand": lambda: align_by_hand(SCENE),
     "sliders": lambda: icp_sliders(LESSON.source, LESSON.target),
     "sliders of pairs": lambda: icp_sliders(LESSON.source, LESSON.target, runs=False),
+    "a run that fails": lambda: icp_sliders(WALL, WALL + 1.0, parameters=NARROW),
+    "a wall along an axis": lambda: icp_sliders(2.0 * WALL, WALL, runs=False),
     "live figure": lambda: live_figure("turn", SLIDERS, **LOOK, **POINTS),
     "drive": drive,
 }

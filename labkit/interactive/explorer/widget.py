@@ -95,7 +95,9 @@ class Explorer(DrawnWidget):
         scene = self.scenes[self.scene]
         poses = {"The first guess": self.T_init}
         if self.runs and self.form != "by hand":
-            poses["The end of the run"] = self.run().T_target_source
+            result = self.run()
+            failed = result.termination.failed
+            poses["Where the run failed" if failed else "The end of the run"] = result.poses[-1]
         all_axes = figure.subplots(1, len(poses), squeeze=False)[0]
         for ax, (title, T) in zip(all_axes, poses.items(), strict=True):
             plot_scans(ax, scene.source, scene.target, T)
