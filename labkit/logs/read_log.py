@@ -67,7 +67,7 @@ Odometry = str | os.PathLike[str] | tuple[ArrayLike, ArrayLike]
 Progress = Callable[[Iterable[Any]], Iterable[Any]]
 SUFFIXES = frozenset(
     {".gz", ".bz2", ".xz", ".zip"}
-    | {".log", ".clf", ".g2o", ".csv", ".txt", ".bag", ".db3", ".mcap", ".npy", ".npz"}
+    | {".log", ".clf", ".g2o", ".csv", ".tsv", ".txt", ".bag", ".db3", ".mcap", ".npy", ".npz"}
 )
 
 

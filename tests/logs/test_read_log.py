@@ -53,7 +53,13 @@ def test_packing_and_format_are_told_from_the_content(save, run, packing):
 
 @pytest.mark.parametrize(
     ("name", "expected"),
-    [("intel.log.gz", "intel"), ("a.b.g2o.zip", "a.b"), (".log", ".log"), ("run-2.1", "run-2.1")],
+    [
+        ("intel.log.gz", "intel"),
+        ("a.b.g2o.zip", "a.b"),
+        ("run.tsv", "run"),
+        (".log", ".log"),
+        ("run-2.1", "run-2.1"),
+    ],
 )
 def test_the_name_of_a_run_goes_without_suffixes(save, run, name, expected):
     assert read_log(save(run, name)).name == expected
