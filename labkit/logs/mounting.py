@@ -34,7 +34,8 @@ class Mounting(NamedTuple):
     @property
     def is_told(self) -> bool:
         """True if the place differs from the robot's own."""
-        return self.is_upside_down or bool(np.abs(self.offset).max() > SHOWN)
+        is_turned = self.is_upside_down or self.lean > MOST_LEAN
+        return is_turned or bool(np.abs(self.offset).max() > SHOWN)
 
 
 def read_transforms(message: Any) -> Iterable[tuple[str, Transform]]:

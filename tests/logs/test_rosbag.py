@@ -271,7 +271,7 @@ def test_the_caller_goes_before_the_fixed_transforms(bag):
 def test_a_fixed_transform_that_tells_no_place_is_left_aside(bag, rotation, skipped, remark):
     for k in range(12):
         bag.scan(10.0 + k)
-    bag.fixed("laser", "base", (0.1, 0.2, 0.3), rotation)
+    bag.fixed("laser", "base", (0.0, 0.0, 0.3), rotation)
 
     log = read_log(bag.close())
 
