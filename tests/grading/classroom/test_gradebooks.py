@@ -65,6 +65,16 @@ def test_canvas_gets_scores_of_its_own_scale(verdicts, written, out, possible, s
     assert [row[-1] for row in rows(out)[1:]] == [possible, score]
 
 
+@pytest.mark.parametrize(
+    ("status", "days"),
+    [("3 days", 3.0), ("36 hours", 1.5), ("36 mins 0 secs", 0.025), ("43 secs", 43 / 86400)],
+)
+def test_moodle_tells_the_time_in_each_of_its_units(status, days, written):
+    book = read_moodle(written(MOODLE.replace("1 week 12 hours late", f"{status} late")))
+
+    assert book.people["815"].late == pytest.approx(days)
+
+
 def test_canvas_names_a_column_that_is_not_there(written):
     with pytest.raises(LabkitError, match=r"no column 'Lab 3'; the columns are Lab 1 \(77\)"):
         read_canvas(written(CANVAS), "Lab 3")

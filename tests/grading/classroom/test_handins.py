@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from labkit.grading.classroom import handins
 from labkit.grading.classroom.handins import (
     find_submissions,
     list_files,
@@ -184,6 +185,21 @@ def test_a_name_in_moodles_flat_download_may_hold_it_too(name, tmp_path):
     ((student, shown, *_),) = told(folder)
 
     assert (student, shown) == ("4711", name)
+
+
+@pytest.mark.parametrize("is_zipped", [False, True])
+def test_a_file_of_the_largest_size_is_read_and_no_larger_one(is_zipped, tmp_path, monkeypatch):
+    monkeypatch.setattr(handins, "MAX_FILE", 10)
+    folder = write(tmp_path / "class", ["ada/a.py"], "k = 123456")
+    write(folder, ["ada/b.py"], "k = 1234567")
+    if is_zipped:
+        folder = Path(shutil.make_archive(str(folder), "zip", folder))
+
+    (ada,), *_ = find_submissions(folder, layout="folders")
+    files, unread = read_files(ada.files)
+
+    assert files == {"a.py": b"k = 123456"}
+    assert len(unread) == 1
 
 
 def test_a_flat_file_that_could_be_two_students_is_refused(tmp_path):
