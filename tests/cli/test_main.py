@@ -73,7 +73,8 @@ def test_a_code_page_without_a_sign_ends_no_run(tmp_path, carmen_log):
     (tmp_path / "Ω.log").write_text(carmen_log[0].read_text())
     env = os.environ | {"PYTHONIOENCODING": "ascii"}
     done = python(*MODULE, "odometry", "Ω.log", "--out", "none", cwd=tmp_path, env=env)
-    assert (done.returncode, done.stderr, "?: 8 scans" in done.stdout) == (0, "", True)
+    complaints = [line for line in done.stderr.splitlines() if not line.startswith("compiling ")]
+    assert (done.returncode, complaints, "?: 8 scans" in done.stdout) == (0, [], True)
 
 
 def test_a_reader_that_stops_early_is_no_error():
