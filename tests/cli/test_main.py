@@ -68,13 +68,17 @@ def test_a_wrong_command_line_ends_with_2(run, arguments, message):
     assert "Traceback" not in err
 
 
+def complaints(done):
+    """Lines on stderr, but for the one where an empty cache makes the matcher compile."""
+    return [line for line in done.stderr.splitlines() if not line.startswith("compiling ")]
+
+
 def test_a_code_page_without_a_sign_ends_no_run(tmp_path, carmen_log):
     """As where output goes to a file on Windows: a sign it does not know becomes a `?`."""
     (tmp_path / "Ω.log").write_text(carmen_log[0].read_text())
     env = os.environ | {"PYTHONIOENCODING": "ascii"}
     done = python(*MODULE, "odometry", "Ω.log", "--out", "none", cwd=tmp_path, env=env)
-    complaints = [line for line in done.stderr.splitlines() if not line.startswith("compiling ")]
-    assert (done.returncode, complaints, "?: 8 scans" in done.stdout) == (0, [], True)
+    assert (done.returncode, complaints(done), "?: 8 scans" in done.stdout) == (0, [], True)
 
 
 def test_a_reader_that_stops_early_is_no_error():
@@ -82,7 +86,7 @@ def test_a_reader_that_stops_early_is_no_error():
     os.close(reading)
     done = python(*MODULE, "demo", stdout=writing)
     os.close(writing)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, complaints(done)) == (0, [])
 
 
 def nightly(case):
