@@ -115,6 +115,7 @@ def search(
         return []
     field = LikelihoodField.of(target.points)
     reach, most = min(window[0], 2.0 * REACH), math.ceil(min(window[1], math.pi) / TURN)
+    points = np.array(points, order="C")  # one kind of array, compiled once and ahead
     turned = T_target_source @ from_xytheta(np.outer(np.arange(-most, most + 1), [0.0, 0.0, TURN]))
     shifts = COARSE * _square(math.ceil(reach / (COARSE * CELL)))
     scores = mean_values(field.coarse, field.corner, points, turned, shifts)
