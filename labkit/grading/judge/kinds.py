@@ -62,8 +62,8 @@ def read(answer: Answer, value: Value) -> FloatArray:
             raise Unreadable("it returned a number, not True or False")
         return array.reshape(())
     dimensions = 1 if answer in (Answer.VECTOR, Answer.MASK) else 2
-    if dimensions == 1 and array.ndim == 2 and 1 in array.shape:
-        return array.ravel()  # a row or a column
+    if answer is Answer.VECTOR and array.ndim == 2 and 1 in array.shape:
+        return array.ravel()  # a row or a column; a mask of another shape would select wrongly
     if array.ndim != dimensions:
         axes = f"{array.ndim} ax{'i' if array.ndim == 1 else 'e'}s"
         raise Unreadable(f"it returned {_kind(value)} with {axes}, expected {EXPECTED[answer]}")

@@ -71,6 +71,7 @@ def test_an_answer_is_read_in_any_form(answer, value, read_as):
         (Answer.VECTOR, ("a", "b"), "no array of numbers"),
         (Answer.VECTOR, ("a" * 10_000, *[""] * 40_000), "no array of numbers"),  # 1.6 GB, if made
         (Answer.MASK, (), "returned a list or tuple"),
+        (Answer.MASK, np.ones((3, 1)), r"with 2 axes, .* of shape \(N,\)"),  # `&` makes it (3, 3)
         (Answer.MATCHES, np.zeros(3), r"expected two arrays \(indices, distances\)"),
         (Answer.MATCHES, ((1, 2), (0.5,)), "differ in shape"),
         (Answer.NUMBER, np.zeros(3), "several numbers"),
