@@ -75,7 +75,9 @@ def layout_of(columns: Sequence[Column], file: str) -> Layout:
             clocks.append(column)
         elif (name := IN_ONE_WORD.get(column.name, column.name)) in DECLARED:
             declared[name] = k, column.scale
-        elif column.name not in LEFT_OUT or (column.number is not None and not column.name):
+        elif column.meaning != "scan" and (
+            column.name not in LEFT_OUT or (column.number is not None and not column.name)
+        ):
             raise LogError(
                 f"{file}: the column {column.title!r} is neither a clock ({', '.join(CLOCK[:3])}) "
                 f"nor a numbered beam (r0, r1, ...); rename it, take it out, or begin a title "

@@ -134,6 +134,7 @@ def test_a_table_of_ranges_needs_the_directions_of_its_beams(save):
     [
         ("Time,AngleMin,AngleIncrement,Ranges", "10.5,-1,0.5,1 2 3 4 5"),
         ("topic,stamp,angle_min,angle_max,ranges", '/scan,10.5,-1,1,"[1, 2, 3, 4, 5]"'),
+        ("scan,stamp,angle_min,angle_max,r0,r1,r2,r3,r4", "7,10.5,-1,1,1,2,3,4,5"),
         ("sep=;\nstamp;angle_min;angle_max;r0;r1;r2;r3;r4", "10,5;-1;1;1;2;3;4;5"),
     ],
 )
