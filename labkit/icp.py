@@ -16,10 +16,11 @@ from labkit.parameters import IcpParameters, adjust
 from labkit.result import IcpResult, Termination, step_length
 from labkit.scan import Scan, as_scan
 from labkit.schedule import Stage, schedule, stage_of
-from labkit.se2 import transform
+from labkit.se2 import check_headings, transform
 from labkit.support.arrays import (
     FloatArray,
     as_floats,
+    as_numbers,
     as_transform,
     check_kind,
     check_range,
@@ -115,7 +116,10 @@ def _as_guess(T_init: ArrayLike) -> FloatArray:
     """Check a guess, a transform or (x, y, θ): the transform (3, 3)."""
     hint = "give a transform (3, 3), or x [m], y [m], theta [rad]"
     guess = as_floats(T_init, "T_init", hint)
-    return transform(*guess) if guess.shape == (3,) else as_transform(guess, "T_init")
+    if guess.shape != (3,):
+        return as_transform(guess, "T_init")
+    check_headings(as_numbers(guess, "T_init")[2:], "T_init")
+    return transform(*guess)
 
 
 @compiled

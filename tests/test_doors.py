@@ -31,6 +31,7 @@ from labkit.covariance import censi_covariance, censi_information, fuse
 from labkit.degeneracy import free_motions, observability, spread_ratio
 from labkit.evaluation import ate, disagreement, forward_backward, rpe
 from labkit.icp import minimise
+from labkit.interactive.explorer.scenes import Scene
 from labkit.line_alignment import align_to_lines, line_information
 from labkit.neighbors import NearestNeighbors, nearest_by_brute_force
 from labkit.normals import estimate_normals
@@ -246,7 +247,10 @@ def test_rows_and_transforms_of_the_plane_and_of_space_are_the_same_poses(door):
     [
         (partial(transform, 1.0, 2.0, 90), r"radians within one turn, got 90: are these degrees\?"),
         (partial(from_xytheta, DEGREES), r"within one turn, got 180: are these degrees\?"),
-        (partial(icp, POINTS, POINTS, [0.1, 0.0, 30.0]), r"`theta` .* got 30: are these degrees\?"),
+        (
+            partial(icp, POINTS, POINTS, [0.1, 0.0, 30.0]),
+            r"`T_init` .* got 30: are these degrees\?",
+        ),
         (
             partial(Scan.from_ranges, [1.0], [90.0]),
             r"90: are these degrees\? use `np\.radians` in P",
@@ -258,6 +262,10 @@ def test_rows_and_transforms_of_the_plane_and_of_space_are_the_same_poses(door):
         (
             partial(odometry.estimate_odometry, [OLDER], POSES[:1], laser_offset=DEGREES[0]),
             r"`laser_offset` .* got 0 to 90: are these degrees\?",
+        ),
+        (
+            partial(odometry.estimate_odometry, [OLDER, NEWER], [[0.1, 0.0, 30.0]]),
+            r"`prior` .* got 30: are these degrees\?",
         ),
         (partial(odometry.MapOdometry, start=DEGREES[0]), r"`start` .* got 0 to 90: are these deg"),
         (partial(apply, T, POINTS.T), r"got \(2, 5\); transpose it \(`\.T`\)"),
@@ -280,6 +288,8 @@ WITH_KEYWORDS = {  # what a caller makes with keywords
         for each in (
             *(IcpParameters, Scan, Target, filters.Preprocessing, evaluation.PoseErrors),
             *(Lidar, WheelNoise, simulation.World, simulation.MovingObject),
+            *(odometry.OdometryParameters, odometry.SanityLimits, Scene),
+            *(odometry.MapOdometry, odometry.LessonOdometry),
         )
     },
 }

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import StepRecord
 from labkit.scan import Scan, check_angles
+from labkit.se2 import check_headings, wrap
 from labkit.support.arrays import FloatArray, as_pose, check_kind
 from labkit.support.errors import InvalidPointsError
 
@@ -88,6 +89,8 @@ class Odometry(ABC, Generic[State]):
         expected = as_pose(prior, "prior", gaps=True)
         if np.isnan(expected[0]):
             return None
+        check_headings(expected[2:], "prior")
+        expected[2] = wrap(expected[2])  # of a difference of two headings
         if self._state.scans == 0:
             raise InvalidPointsError(
                 f"the first scan has no `prior`: pass None, got {expected.tolist()}"

@@ -11,6 +11,7 @@ from labkit.filters import Preprocessing
 from labkit.logs import Log
 from labkit.odometry import (
     Decision,
+    LessonOdometry,
     MapOdometry,
     OdometryParameters,
     estimate_odometry,
@@ -70,6 +71,21 @@ def test_priors_may_be_poses_or_increments_with_gaps(transform):
     odometry.update(SCANS[0])
     record = odometry.update(SCANS[1], transform(PRIORS[0]))
     np.testing.assert_allclose(record.increment, expected.records[1].increment, atol=1e-9)
+
+
+@pytest.mark.parametrize("estimator", [MapOdometry, LessonOdometry])
+def test_a_prior_turns_alike_with_a_full_turn_more_or_less(estimator):
+    """Differences of headings in (−π, π] jump by a full turn; a blocked view takes the prior."""
+    seen = [*SCANS[:4], EMPTY, *SCANS[5:]]
+    jumping = PRIORS - [[0.0, 0.0, 2.0 * math.pi]]
+
+    plain, jumped = (
+        estimate_odometry(seen, priors, estimator=estimator) for priors in (PRIORS, jumping)
+    )
+
+    turns = [[record.increment[2] for record in run.records] for run in (plain, jumped)]
+    np.testing.assert_allclose(turns[1], turns[0], atol=1e-9)
+    assert jumped.remarks == plain.remarks == ()
 
 
 def test_scans_may_be_bare_points_from_a_generator():
