@@ -72,6 +72,8 @@ class Scan:
                 object.__setattr__(self, name, _as_beam_values(values, name))
         if self.ranges is not None and self.angles is not None:
             _expect_alike(self.ranges, self.angles)
+        if self.ranges is not None and self.beams is not None:
+            _expect_within(self.beams, len(self.ranges))
         _check_times(self.stamp, self.time_increment)
 
     @classmethod
@@ -203,6 +205,14 @@ def _expect_alike(ranges: FloatArray, angles: FloatArray) -> None:
         raise InvalidPointsError(
             f"`ranges` and `angles` must have one shape (B,), got {ranges.shape} and "
             f"{angles.shape}; `np.linspace(first, last, {len(ranges)})` gives each beam its angle"
+        )
+
+
+def _expect_within(beams: IntArray, beam_count: int) -> None:
+    if not np.all((beams >= 0) & (beams < beam_count)):
+        raise InvalidPointsError(
+            f"`beams` must count `ranges` from 0 to {beam_count - 1}, got {beams.min()} to "
+            f"{beams.max()}"
         )
 
 

@@ -46,6 +46,8 @@ def result(in_the_room):
             (None, None, [0, 2, 2, 3]),
             r"`beams` must all rise or all fall, got \[2, 2\] at in",
         ),
+        (scan, (ONES, None, [0, 1, 2, 4]), "`beams` must count `ranges` from 0 to 3, got 0 to 4"),
+        (scan, (ONES, None, [-1, 0, 1, 2]), "`beams` must count `ranges` from 0 to 3, got -1 to 2"),
         (scan, (None, None, np.arange(4.0)), r"`beams` must be 4 whole .*, got shape \(4,\)"),
         (NearestNeighbors, (POINTS + INF,), r"`target` must be finite, got \[inf, inf\] at"),
         (NearestNeighbors(POINTS).query, (POINTS * NAN,), "`points` must be finite, .* at index 0"),

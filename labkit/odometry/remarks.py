@@ -125,9 +125,9 @@ def range_remarks(largest: Sequence[FloatArray]) -> Iterator[str]:
 
 def largest_range(scan: Scan) -> FloatArray:
     """The largest range of a scan [m], and the share of its beams that end there; else NaN."""
-    ranges = scan.ranges if scan.ranges is None else scan.ranges[scan.beams]
-    if ranges is None or len(ranges) == 0:
+    if scan.ranges is None or scan.beams is None or len(scan) == 0:
         return np.array([math.nan, math.nan])
+    ranges = scan.ranges[scan.beams]
     largest = ranges.max()
     return np.array([largest, np.mean(ranges > largest - SAME_RANGE)])
 
