@@ -87,7 +87,11 @@ def parse_title(title: str) -> Column:
     if name in SECONDS and len(name) > 2:  # secs, nsecs: a stamp in two columns
         name, unit = CLOCK[0], name
     if numbered := NUMBERED.fullmatch(name):
-        return Column(title, numbered[1], int(numbered[2]), unit)
+        name, number = numbered[1], int(numbered[2])
+        found = UNIT_BEHIND.fullmatch(name)
+        if found and found[2] in METRES:  # `range_mm_0`, `ranges_mm[0]`
+            name, unit = found[1], found[2]
+        return Column(title, name, number, unit)
     return Column(title, name, None, unit)
 
 

@@ -38,7 +38,12 @@ CLOCK_TITLES = {
     "stamp [ns]": 1e-9,
 }
 UNITS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-BEAM_TITLES = ["r{}", "ranges[{}]", "ranges_{}", "field.ranges{}", "/scan/ranges[{}]", "{}"]
+BEAM_TITLES = {
+    **dict.fromkeys(
+        ["r{}", "ranges[{}]", "ranges_{}", "field.ranges{}", "/scan/ranges[{}]", "{}"], 1.0
+    ),
+    **dict.fromkeys(["r{}_mm", "range_mm_{}", "/scan/ranges_mm[{}]"], 1e-3),
+}
 separators = st.sampled_from([",", ";", ", "])
 
 
@@ -91,7 +96,7 @@ def test_a_polar_table_is_read_by_its_titles(
 
 
 @given(
-    beam=st.sampled_from(BEAM_TITLES),
+    beam=st.sampled_from(list(BEAM_TITLES)),
     first=st.sampled_from([0, 1]),
     clock=st.sampled_from([None, *CLOCK_TITLES]),
     order=st.permutations(range(B + 1)),
@@ -103,8 +108,8 @@ def test_a_table_of_ranges_is_read_by_its_titles(
 ):
     order = sorted(order) if beam == "{}" else order
     titles = [clock or "seq", *(beam.format(k + first) for k in range(B))]
-    unit = CLOCK_TITLES.get(clock, 1.0)
-    rows = [[f"{STAMPS[k] / unit:.3f}", *RANGES[k].tolist()] for k in range(K)]
+    unit, ranges = CLOCK_TITLES.get(clock, 1.0), RANGES / BEAM_TITLES[beam]
+    rows = [[f"{STAMPS[k] / unit:.3f}", *ranges[k].tolist()] for k in range(K)]
     rows = [[row[k] for k in order] for row in rows]
     write_table(scratch, [titles[k] for k in order], rows, separator, quoted)
 
