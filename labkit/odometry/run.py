@@ -159,7 +159,9 @@ def estimate_odometry(
 
 def _match_pair(pair: Sequence[Scan], parameters: OdometryParameters | None) -> FloatArray:
     """The motion from the first scan to the second, both taken as they are."""
-    return estimate_odometry(pair, parameters=parameters, deskew=False).records[1].increment
+    odometry = MapOdometry(parameters)
+    odometry.update(pair[0])
+    return odometry.update(pair[1]).increment
 
 
 def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:

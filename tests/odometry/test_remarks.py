@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -80,6 +81,21 @@ def test_one_largest_range_that_many_beams_share_is_told():
     remarks = remarks_of(capped, WHEELS)
 
     assert any("of the beams end at 3 m, the largest range" in remark for remark in remarks)
+
+
+def test_sweeps_without_a_return_are_told_once_though_they_are_deskewed():
+    blind = [replace(EMPTY, stamp=0.1 * k, time_increment=1e-3) for k in range(5)]
+
+    (remark,) = remarks_of(blind, None)
+
+    assert remark.startswith("4 of 4 steps had no match that is believed")
+
+
+@pytest.mark.parametrize("ranges", [[], SCANS[0].ranges])
+def test_ranges_of_unknown_beams_are_no_largest_range(ranges):
+    scans = [Scan(points=SCANS[0].points, ranges=ranges)] * 12
+
+    assert remarks_of(scans, None) == ()
 
 
 def test_units_that_fit_nothing_are_named():
