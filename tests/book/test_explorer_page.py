@@ -249,7 +249,7 @@ def test_the_basin_is_labkit_s_and_the_page_listens_meanwhile(show, explorer):
     expect(page.get_by_role("button", name="Compute the basin")).to_be_visible()
 
 
-def test_it_fits_a_laptop_s_screen_at_one_height_and_stays_off_paper(page, explorer):
+def test_it_fits_a_laptop_s_screen_at_one_height_and_prints_what_it_shows(page, explorer):
     page.set_viewport_size({"width": 1366, "height": 768})
     heights = set()
     for name in explorer.scenes:
@@ -260,7 +260,9 @@ def test_it_fits_a_laptop_s_screen_at_one_height_and_stays_off_paper(page, explo
     assert max(heights) <= 720.0
     assert max(heights) - min(heights) < 1.0
     page.emulate_media(media="print")
-    expect(page.locator(".icp-explorer")).to_be_hidden()
+    expect(page.locator(".icp-plane")).to_be_visible()
+    controls = page.locator(".icp-explorer").locator("button, input, .icp-basin")
+    expect(controls.filter(visible=True)).to_have_count(0)
 
 
 def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(show, explorer):
