@@ -45,7 +45,7 @@ _PACKAGES = ("evaluation", "logs", "odometry", "plotting", "simulation")
 
 
 def __getattr__(name: str) -> object:
-    """What is loaded when it is first asked for: a match needs neither a log nor a picture."""
+    """Load a part when it is first asked for: a match needs neither a log nor a picture."""
     if name == "read_log":
         return import_module("labkit.logs").read_log
     if name not in _PACKAGES:

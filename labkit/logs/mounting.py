@@ -24,7 +24,7 @@ class Transform(NamedTuple):
 
 
 class Mounting(NamedTuple):
-    """Where a scanner sits: ``T_robot_laser`` in the plane, and which way it hangs."""
+    """Place of a scanner on its robot: ``T_robot_laser`` in the plane, and which way it hangs."""
 
     robot: str  # the frame
     offset: FloatArray  # (3,): x [m], y [m], θ [rad]
