@@ -2,10 +2,10 @@
 
 import re
 
-import documented
 import pytest
 
 from labkit.cli.main import build_parser
+from tests.tools import documented
 
 KNOWN = {*documented.WALKED, *documented.INSTALLED, *documented.EXCUSED}
 

@@ -23,8 +23,8 @@ from urllib.parse import unquote, urlsplit
 
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
 
-sys.path.append(str(Path(__file__).parents[1] / "book"))
-from jupyterlab_page import CLOSE, OPEN, READY, RUN_ALL, jupyterlab
+sys.path.append(str(Path(__file__).parents[2]))
+from tests.book.jupyterlab_page import CLOSE, OPEN, READY, RUN_ALL, jupyterlab
 
 ROOT = Path(__file__).parents[2]
 BUILT = ROOT / "_build" / "html"

@@ -19,14 +19,12 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-sys.path.insert(1, str(Path(__file__).parents[1] / "conformance"))
-sys.path.insert(1, str(Path(__file__).parents[1] / "ports"))
-
-from ports import PORTS, Port, execute
-from reference import answer, read_files
-from runner import CONFORMANCE, VECTORS, distances
+sys.path.append(str(Path(__file__).parents[2]))
 
 from machine import describe_machine
+from tests.conformance.reference import answer, read_files
+from tests.ports.ports import PORTS, Port, execute
+from tests.ports.runner import CONFORMANCE, VECTORS, distances
 
 PAIRS = ("killian_120", "small_defaults")  # a recorded pair, and one for slow interpreters
 ENOUGH = 1.0  # s that the matches of the smaller batch must take

@@ -14,9 +14,10 @@ import handed_out
 import pytest
 import students_edition as edition
 from anywidget import AnyWidget
-from installed import program
 from playwright.sync_api import Browser, Page, expect, sync_playwright
-from widget_page import PATIENCE, opened, written_page
+
+from tests.book.widget_page import PATIENCE, opened, written_page
+from tests.tools.installed import program
 
 ROOT = Path(__file__).parents[2]
 REPOSITORY = "https://github.com/some-school/some-course"

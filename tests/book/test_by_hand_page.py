@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mouse import drag, middle
 from playwright.sync_api import Page, expect
-from widget_page import FRAME, film, run_until, settle
 
 import labkit
 from labkit.interactive import Explorer, align_by_hand, killian_scene
+from tests.book.mouse import drag, middle
+from tests.book.widget_page import FRAME, film, run_until, settle
 
 OFF = float("inf")
 TOLD = labkit.IcpParameters(overlap_ratio=0.8, max_correspondence_distance=OFF, huber_delta=OFF)

@@ -6,11 +6,11 @@ import re
 from itertools import cycle
 
 import pytest
-from mouse import finger, middle
 from playwright.sync_api import Page, expect
-from widget_page import copied_link, enter, settle
 
 from labkit.interactive import drive
+from tests.book.mouse import finger, middle
+from tests.book.widget_page import copied_link, enter, settle
 
 # Whether a disc of a robot's size is filled there with the colour of the robot.
 FILLED = """part => {

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 from nbformat import NotebookNode
-from test_hours import EXERCISE, reading
-from test_notebooks import NOTEBOOKS, names, tags
+
+from tests.book.test_hours import EXERCISE, reading
+from tests.book.test_notebooks import NOTEBOOKS, names, tags
 
 PAGE = (Path(__file__).parents[2] / "book/evening.md").read_text("utf-8")
 ROW = re.compile(r"(?m)^\| (\d+) \| \[\]\(\.\./notebooks/(\w+)\) \| (.*) \|$")

@@ -6,9 +6,12 @@ import re
 
 import numpy as np
 import pytest
-from mouse import Point, drag, finger, middle
 from playwright.sync_api import Page, expect
-from widget_page import (
+
+import labkit
+from labkit.interactive import Explorer, icp_explorer
+from tests.book.mouse import Point, drag, finger, middle
+from tests.book.widget_page import (
     FRAME,
     come_back,
     copied_link,
@@ -20,9 +23,6 @@ from widget_page import (
     run_until,
     settle,
 )
-
-import labkit
-from labkit.interactive import Explorer, icp_explorer
 
 AXES = "x", "y", "turn"
 SIGN = ".icp-readouts dd"  # of an explorer that is drawn

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from installed import program
 from websocket import create_connection
-from widget_page import UNDRAWN
+
+from tests.book.widget_page import UNDRAWN
+from tests.tools.installed import program
 
 pytestmark = pytest.mark.others
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 import students_edition as edition
 from handed_out import HANDED_OUT, EditionError, choose_files
-from installed import program
+
+from tests.tools.installed import program
 
 PRIVATE = (
     "course.secret",

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from jupyterlab_page import ERRORS, READY, RUN_ALL, RUN_LAST, jupyterlab, notebook_read
 from nbformat.v4 import new_code_cell, new_notebook
 from playwright.sync_api import Browser, Locator, Page, expect
-from widget_page import PATIENCE, settle
+
+from tests.book.jupyterlab_page import ERRORS, READY, RUN_ALL, RUN_LAST, jupyterlab, notebook_read
+from tests.book.widget_page import PATIENCE, settle
 
 pytestmark = pytest.mark.pages
 

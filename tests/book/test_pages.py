@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 from students_edition import without_staff_pages
-from widget_page import UNDRAWN, come_back, opened
 
 import labkit
+from tests.book.widget_page import UNDRAWN, come_back, opened
 
 WRITTEN_HERE = "BOOK_HTML" not in os.environ
 DOCUMENTED = labkit.logs, labkit.odometry, labkit.evaluation, labkit.simulation, labkit.plotting

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from mouse import drag, middle
 from playwright.sync_api import expect
-from widget_page import picture, readout
 
 import labkit
 from labkit.interactive import icp_sliders, live_figure
+from tests.book.mouse import drag, middle
+from tests.book.widget_page import picture, readout
 
 SIGN = "[data-readout]"  # of a widget that is drawn
 LESSON = labkit.simulation.lesson_experiment()

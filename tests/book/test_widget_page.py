@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from widget_page import opened
+
+from tests.book.widget_page import opened
 
 FAULTS = {
     "a file from elsewhere": '<img src="https://elsewhere.invalid/picture.png">',

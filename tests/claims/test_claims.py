@@ -6,9 +6,9 @@ A sentence that holds on the chapter's own sample alone says "here", and is asse
 from __future__ import annotations
 
 import numpy as np
-from samples import on_other_samples, run_cells
 
 from labkit.odometry import increments_between
+from tests.claims.samples import on_other_samples, run_cells
 
 SEEDS = (101, 202, 303, 404)
 PLACES = ("-1.5, 0.8, 1.3", "1.2, 1.0, -0.6", "-0.5, -1.2, 2.5", "2.0, -0.5, 0.0")

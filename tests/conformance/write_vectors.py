@@ -1,4 +1,4 @@
-"""Answer the conformance vectors anew: ``python tests/conformance/write_vectors.py``.
+"""Answer the conformance vectors anew: ``python -m tests.conformance.write_vectors``.
 
 The cases are the lines of ``vectors.json``: a new one has a name, a group and a command, and its
 files in ``data/``. A case must not sit on an edge, where two correct programs could differ.
@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from compare import disagreement
-from reference import Content, Files, answer, read_files
+from tests.conformance.compare import disagreement
+from tests.conformance.reference import Content, Files, answer, read_files
 
 FOLDER = Path(__file__).parent
 ROUNDING = 1e-12  # answers that differ by less stay as they stand: processors round differently

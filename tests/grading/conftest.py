@@ -4,7 +4,6 @@ import os
 import sys
 
 import pytest
-from small import write_assignment
 
 from labkit.cli import main
 from labkit.grading.box.inside.reading import read_program
@@ -13,6 +12,7 @@ from labkit.grading.classroom.handins import read_files
 from labkit.grading.grade import grade_submission
 from labkit.grading.sitting import HANDED_OUT
 from labkit.support.errors import LabkitError
+from tests.grading.small import write_assignment
 
 
 @pytest.fixture(scope="session")

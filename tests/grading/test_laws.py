@@ -25,8 +25,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import pytest
-from small import HANGS, SQUARED, hand_in, scores
-from small import RIGHT as RIGHT_NUMBERS
 
 from labkit.course.assignment import load_assignment
 from labkit.grading import grade as grading
@@ -37,7 +35,9 @@ from labkit.grading.box.outside import Box, Wall
 from labkit.grading.box.watch import MachineError
 from labkit.grading.command import JOBS
 from labkit.grading.questions import read_assignment
-from notebooks import RIGHT, answered
+from tests.grading.notebooks import RIGHT, answered
+from tests.grading.small import HANGS, SQUARED, hand_in, scores
+from tests.grading.small import RIGHT as RIGHT_NUMBERS
 
 ASSIGNMENT = load_assignment()
 ORDERS = []

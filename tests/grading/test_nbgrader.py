@@ -8,11 +8,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from right_answers import plain_python, solution, source_of
 
 from labkit.cli import main
 from labkit.course.assignment import load_assignment
 from labkit.course.authoring.write import notebook_text
+from tests.course.authoring.right_answers import plain_python, solution, source_of
 
 ASSIGNMENT = load_assignment()
 PYTHON = Path(__file__).parents[2] / ".venv-graders/bin/python"

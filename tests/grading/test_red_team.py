@@ -11,7 +11,6 @@ import time
 from pathlib import Path
 
 import pytest
-from small import RIGHT
 
 from labkit.course.assignment import FOLDER
 from labkit.grading.box.inside import data
@@ -28,6 +27,7 @@ from labkit.grading.box.watch import BoxError
 from labkit.grading.questions import read_assignment
 from labkit.grading.sitting import outcome
 from labkit.support.errors import LabkitError
+from tests.grading.small import RIGHT
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no box")
 NEGATE = "def negate(x):\n    return -x\n"

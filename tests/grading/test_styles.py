@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from right_answers import plain_python, source_of
 
 import labkit
 from labkit.course.assignment import load_assignment
 from labkit.grading.box.inside.standins import StandIn
 from labkit.grading.classroom.handins import one_submission, read_files
-from notebooks import RIGHT, answered, cell, notebook
+from tests.course.authoring.right_answers import plain_python, source_of
+from tests.grading.notebooks import RIGHT, answered, cell, notebook
 
 ASSIGNMENT = load_assignment()
 NUMPY = "import numpy as np\n\n"

@@ -8,11 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import installed
-
 from labkit.interactive.explorer.scenes import Scene
 from labkit.interactive.explorer.widget import scene_to_json
 from labkit.interactive.front_end import bundle
+from tests.tools import installed
 
 PATIENCE = 240  # [s]
 

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from in_node import run_explorer
 
 import labkit
 from labkit import IcpParameters, IcpResult, Target, Termination
@@ -20,6 +19,7 @@ from labkit.interactive.explorer.widget import parameters_to_json
 from labkit.interactive.front_end import FOLDER
 from labkit.neighbors import nearest_by_brute_force
 from labkit.scan import as_scan
+from tests.interactive.in_node import run_explorer
 
 RUN_COUNT = 300
 SEED = 20

@@ -10,12 +10,11 @@ import pytest
 
 pytest.importorskip("anywidget")
 
-from in_node import run_in_node
-
 import labkit
 from labkit.interactive.driving import PLACES, WHEELS, Drive, drive
 from labkit.parameters import ACCURATE
 from labkit.simulation import Lidar, WheelNoise, cast, wheel_increments
+from tests.interactive.in_node import run_in_node
 
 TOLERANCE = 1e-9  # [m] and [rad]
 COUNT = 1000  # steps that are drawn: their spread is known to 2.2 %

@@ -11,14 +11,13 @@ from scipy.spatial import cKDTree
 
 pytest.importorskip("anywidget")
 
-from in_node import run_in_node
-
 import labkit
 from labkit import IcpParameters
 from labkit.interactive import live_figure
 from labkit.interactive.live_figure import LiveFigure
 from labkit.se2 import relative
 from labkit.simulation import Lidar, cast, room
+from tests.interactive.in_node import run_in_node
 
 TRUTH = labkit.transform(0.30, 0.05, math.radians(5.0))
 PLACE = labkit.transform(0.5, -0.4, 0.3)

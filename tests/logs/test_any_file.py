@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_read_log import zipped
 
 from labkit.logs import read_log
 from labkit.support.errors import LogError
+from tests.logs.test_read_log import zipped
 
 K, B = 6, 12
 RANGES = np.random.default_rng(1).uniform(1.0, 4.0, (K, B)).round(3)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_read_log import zipped
 
 from labkit.logs import read_log, read_tum
 from labkit.support.errors import LogError
+from tests.logs.test_read_log import zipped
 
 # What each field of a line is: a word, one that nobody reads (-), a count, a range, a place, the
 # number of a scan, or any finite number; and what it cannot be.
@@ -125,7 +125,7 @@ def good_files(run, robotlaser, tmp_path_factory):
     }
     if not importlib.util.find_spec("rosbags"):
         return files
-    from test_rosbag import Bag  # noqa: PLC0415 (needs rosbags)
+    from tests.logs.test_rosbag import Bag  # noqa: PLC0415 (needs rosbags)
 
     for ros in (1, 2, "mcap"):
         bag = Bag(tmp_path_factory.mktemp("bags") / ("run.bag" if ros == 1 else "run"), ros)

@@ -1,4 +1,4 @@
-"""Hold every port to the vectors: ``python tests/ports/runner.py [NAME ...]``.
+"""Hold every port to the vectors: ``python -m tests.ports.runner [NAME ...]``.
 
 Builds each port into a temporary folder, has it answer all vectors in one process, and
 prints how many answers of each group agree, and why the others do not. The status is 1
@@ -16,11 +16,9 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(1, str(Path(__file__).parents[1] / "conformance"))
-
-from compare import disagreement
-from ports import PORTS, BuildError, Port, execute
-from reference import answer, read_files
+from tests.conformance.compare import disagreement
+from tests.conformance.reference import answer, read_files
+from tests.ports.ports import PORTS, BuildError, Port, execute
 
 CONFORMANCE = Path(__file__).parents[1] / "conformance"
 VECTORS: list[dict[str, Any]] = json.loads((CONFORMANCE / "vectors.json").read_text())

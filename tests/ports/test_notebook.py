@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from ports import PORTS, execute, mathics
+from tests.ports.ports import PORTS, execute, mathics
 
 pytestmark = [pytest.mark.slow, pytest.mark.others]
 (WOLFRAM,) = (port for port in PORTS if port.name == "wolfram")

@@ -13,11 +13,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from bad_input import BAD_COMMANDS, write_bad_files
-from borders import verdicts
-from faults import FAULTS, UNTOUCHED, planted
-from ports import PORTS, build_cpp_sanitised, execute
-from runner import GROUPS, VECTORS, reasons
+from tests.ports.bad_input import BAD_COMMANDS, write_bad_files
+from tests.ports.borders import verdicts
+from tests.ports.faults import FAULTS, UNTOUCHED, planted
+from tests.ports.ports import PORTS, build_cpp_sanitised, execute
+from tests.ports.runner import GROUPS, VECTORS, reasons
 
 pytestmark = [pytest.mark.slow, pytest.mark.others]
 BY_NAME = {port.name: port for port in PORTS}

@@ -6,10 +6,16 @@ import sys
 
 import pytest
 
-from compare import disagreement
-from reference import answer, read_files
-from runner import CONFORMANCE, GROUPS, NAMES, VECTORS, labkit_reasons
-from write_vectors import ROUNDING, OnAnEdgeError, answer_anew, refuse_edges, texts
+from tests.conformance.compare import disagreement
+from tests.conformance.reference import answer, read_files
+from tests.conformance.write_vectors import (
+    ROUNDING,
+    OnAnEdgeError,
+    answer_anew,
+    refuse_edges,
+    texts,
+)
+from tests.ports.runner import CONFORMANCE, GROUPS, NAMES, VECTORS, labkit_reasons
 
 LIMIT = 400_000  # bytes, all of them together
 

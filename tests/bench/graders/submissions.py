@@ -10,10 +10,9 @@ from itertools import count, cycle
 from types import ModuleType
 from typing import Any
 
-from right_answers import RIGHT, source_of
-
 from labkit.course.assignment import load_assignment
 from labkit.course.authoring.questions import QUESTIONS, SOLUTION
+from tests.course.authoring.right_answers import RIGHT, source_of
 
 KINDS = (*("right", "mistaken", "right", "failing", "right") * 2,)
 MISTAKES_EACH = 4

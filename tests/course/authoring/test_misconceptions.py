@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from right_answers import solution as right
 
 from labkit.course.authoring import fairness
 from labkit.course.authoring.compute import outcomes_of
@@ -17,6 +16,7 @@ from labkit.course.exercises.checking import tried
 from labkit.course.exercises.entries import ENTRIES, answers
 from labkit.grading.judge.compare import assess, is_answer_of
 from labkit.support.errors import LabkitError
+from tests.course.authoring.right_answers import solution as right
 
 ROOT = Path(__file__).parents[3]
 MISTAKES = [(entry, one) for entry in QUESTIONS for one in entry.known]

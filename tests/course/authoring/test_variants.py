@@ -4,11 +4,11 @@ from copy import deepcopy
 
 import numpy as np
 import pytest
-from right_answers import RIGHT, solution
 
 from labkit.grading.box.inside.data import plain
 from labkit.grading.judge.compare import assess, is_right
 from labkit.grading.judge.verdict import Outcome
+from tests.course.authoring.right_answers import RIGHT, solution
 
 
 def answer(function, case, *, single=False):

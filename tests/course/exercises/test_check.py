@@ -5,7 +5,6 @@ import time
 
 import numpy as np
 import pytest
-from right_answers import solution as right
 
 import labkit
 from labkit.correspondences import overlap
@@ -14,6 +13,7 @@ from labkit.course.exercises import check, checking, score
 from labkit.course.exercises.checking import exercises
 from labkit.grading.questions import read_assignment
 from labkit.support.errors import InvalidParameterError, LabkitError
+from tests.course.authoring.right_answers import solution as right
 
 
 def named(name, function):

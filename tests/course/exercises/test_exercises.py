@@ -9,11 +9,11 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from answers import RIGHT, WRONG
 from IPython.core.inputtransformer2 import TransformerManager
 from solutions import strip_notebook
 
 from labkit.course.exercises import check, exercises
+from tests.course.exercises.answers import RIGHT, WRONG
 
 FOLDER = Path(__file__).parents[3] / "notebooks"
 CHAPTERS = {path.name: nbformat.read(path, 4) for path in sorted(FOLDER.glob("[01]*.ipynb"))}

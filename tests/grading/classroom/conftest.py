@@ -1,7 +1,8 @@
 """Verdicts to export: a good one, a bad one, and one with hostile texts."""
 
 import pytest
-from verdicts import case, question, submission
+
+from tests.grading.verdicts import case, question, submission
 
 HOSTILE = '=HYPERLINK("x")\x00\x1b[31m <script>alert(1)</script> ]]> \ud800 é'
 

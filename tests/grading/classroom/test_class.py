@@ -11,11 +11,11 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from small import HANGS, RIGHT, SQUARED, hand_in, scores
-from test_handins import ZIP64, write
 
 from labkit.cli import main
 from labkit.grading.questions import FORMAT, cases_beside, read_assignment, read_secret
+from tests.grading.classroom.test_handins import ZIP64, write
+from tests.grading.small import HANGS, RIGHT, SQUARED, hand_in, scores
 
 
 def verdicts(folder="grades"):

@@ -7,9 +7,9 @@ import sysconfig
 import zipfile
 
 import pytest
-from small import RIGHT, SQUARED
 
 from labkit.grading.classroom.gradescope import results_of, write_autograder
+from tests.grading.small import RIGHT, SQUARED
 
 
 def test_gradescope_has_a_test_for_each_question_and_hides_the_hidden_cases(verdicts):

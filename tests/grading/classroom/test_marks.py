@@ -7,7 +7,6 @@ import stat
 from dataclasses import replace
 
 import pytest
-from verdicts import question, submission
 
 from labkit.grading.box.outside import Wall
 from labkit.grading.classroom.marks import make_marks, read_adjustments, read_roster
@@ -21,6 +20,7 @@ from labkit.grading.classroom.store import (
 )
 from labkit.grading.questions import read_assignment
 from labkit.support.errors import LabkitError
+from tests.grading.verdicts import question, submission
 
 NAMES = {"ada": "Ada Lovelace", "emmy": "Emmy Noether", "4711": "twin", "4712": "twin"}
 

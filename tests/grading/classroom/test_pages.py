@@ -5,10 +5,10 @@ from dataclasses import replace
 from html import unescape
 
 import pytest
-from verdicts import case, question, submission
 
 from labkit.course.assignment import load_assignment
 from labkit.grading.classroom.pages import write_pages
+from tests.grading.verdicts import case, question, submission
 
 ASSIGNMENT = load_assignment(hidden=False)
 GATE = ASSIGNMENT.questions[0]

@@ -1,0 +1,1 @@
+"""A package, so that `from tests.folder.module import ...` finds this folder and no other."""
