@@ -203,7 +203,7 @@ def overlap_count(source_points: int, overlap_ratio: float) -> int:
 @compiled
 def weights_of(residuals: FloatArray, huber_delta: float) -> FloatArray:
     """(C) Huber's weights of residuals [m], shape (N,): 1 up to δ, δ/r beyond."""
-    weights = np.ones_like(residuals)
+    weights = np.ones(len(residuals))
     for i in range(len(residuals)):
         if residuals[i] > huber_delta:
             weights[i] = huber_delta / residuals[i]
@@ -270,7 +270,7 @@ def huber_loss(residuals: ArrayLike, huber_delta: float) -> FloatArray:
 @compiled
 def losses_of(residuals: FloatArray, huber_delta: float) -> FloatArray:
     """Huber's loss [m²] of each residual [m], shape (N,)."""
-    losses = np.empty_like(residuals)
+    losses = np.empty(len(residuals))
     for i in range(len(residuals)):
         losses[i] = loss_of(residuals[i], huber_delta)
     return losses

@@ -216,42 +216,71 @@ def solve_constrained(A: FloatArray, g: FloatArray, minimum: float) -> FloatArra
 def eigen_symmetric(A: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Eigenvalues, ascending, and eigenvectors, as columns, of a symmetric (3, 3).
 
-    Jacobi's rotations [4]_ make one entry beside the diagonal zero after the other. numba's `eigh`
-    would load `scipy.linalg`, which takes a third of the first match.
+    Each of Jacobi's rotations J [4]_ turns A into JᵀAJ, with a zero beside the diagonal; after a
+    few of them A is diagonal. numba's `eigh` would load `scipy.linalg`, which takes a third of the
+    first match.
     """
-    D = A.copy()
-    V = np.eye(3)
+    D = A.copy()  # becomes diagonal
+    V = np.zeros((3, 3))  # becomes the product of all J
+    for k in range(3):
+        V[k, k] = 1.0
     for _ in range(MAX_SWEEPS):
         if D[1, 0] == 0.0 and D[2, 0] == 0.0 and D[2, 1] == 0.0:
             break
         for p, q in ((0, 1), (0, 2), (1, 2)):
             if D[q, p] != 0.0:
-                rotate_to_zero(D, V, p, q)
-    order = np.argsort(np.diag(D))
-    return np.diag(D)[order], V[:, order]
+                c, s = jacobi_rotation(D, p, q)
+                turn_columns(D, p, q, c, s)  # D J
+                turn_rows(D, p, q, c, s)  # Jᵀ D J
+                turn_columns(V, p, q, c, s)  # V J
+                D[p, q] = 0.0  # but for rounding, it is by now
+                D[q, p] = 0.0
+    return sort_columns(V, D)
 
 
 @compiled
-def rotate_to_zero(D: FloatArray, V: FloatArray, p: int, q: int) -> None:
-    """One of Jacobi's rotations, in place: D[q, p] becomes 0, and V turns along."""
+def jacobi_rotation(D: FloatArray, p: int, q: int) -> tuple[float, float]:
+    """Cosine and sine of the rotation J after which JᵀDJ is 0 at row p and column q."""
     cotangent = 0.5 * (D[q, q] - D[p, p]) / D[q, p]  # of twice the angle
-    t = math.copysign(1.0, cotangent) / (abs(cotangent) + math.hypot(cotangent, 1.0))  # tangent
+    # Its tangent t solves t² + 2 t cotangent = 1; the root nearer to 0 turns least.
+    t = math.copysign(1.0, cotangent) / (abs(cotangent) + math.hypot(cotangent, 1.0))
     c = 1.0 / math.hypot(t, 1.0)
-    s = t * c
+    return c, t * c
+
+
+@compiled
+def turn_columns(M: FloatArray, p: int, q: int, c: float, s: float) -> None:
+    """M becomes M J: the rotation of its columns p and q."""
     for row in range(3):
-        a, b = D[row, p], D[row, q]
-        D[row, p] = c * a - s * b
-        D[row, q] = s * a + c * b
+        a, b = M[row, p], M[row, q]
+        M[row, p] = c * a - s * b
+        M[row, q] = s * a + c * b
+
+
+@compiled
+def turn_rows(M: FloatArray, p: int, q: int, c: float, s: float) -> None:
+    """M becomes JᵀM: the rotation of its rows p and q."""
     for column in range(3):
-        a, b = D[p, column], D[q, column]
-        D[p, column] = c * a - s * b
-        D[q, column] = s * a + c * b
-    D[p, q] = 0.0
-    D[q, p] = 0.0
-    for row in range(3):
-        a, b = V[row, p], V[row, q]
-        V[row, p] = c * a - s * b
-        V[row, q] = s * a + c * b
+        a, b = M[p, column], M[q, column]
+        M[p, column] = c * a - s * b
+        M[q, column] = s * a + c * b
+
+
+@compiled
+def sort_columns(vectors: FloatArray, D: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The diagonal of D in ascending order, and its vectors, as columns, in the same order.
+
+    numba's `argsort` would take a second of the first compilation.
+    """
+    values = np.zeros(3)
+    for k in range(3):
+        values[k] = D[k, k]
+    for k in (0, 1, 0):  # neighbours change places: this orders three
+        if values[k] > values[k + 1]:
+            values[k], values[k + 1] = values[k + 1], values[k]
+            for row in range(3):
+                vectors[row, k], vectors[row, k + 1] = vectors[row, k + 1], vectors[row, k]
+    return values, vectors
 
 
 @compiled

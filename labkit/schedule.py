@@ -74,17 +74,19 @@ def gate_of(parameters: IcpParameters, coarse: bool) -> float:
 def adapt_delta(residuals: FloatArray, kept: BoolArray, stage: Stage) -> tuple[float, float]:
     """δ [m] of an iteration, and the share of point-to-point in its step.
 
-    A coarse δ is as wide as the median of the kept residuals asks.
+    Fine iterations take the δ of the parameters, and no share. A coarse iteration widens δ, if it
+    is narrower than `DELTA_PER_MEDIAN` medians of the kept residuals, and the share grows with it.
     """
-    delta = stage.huber_delta
-    if not stage.coarse or math.isinf(delta):
-        return delta, 0.0
+    fine_delta = stage.huber_delta
+    if not stage.coarse or math.isinf(fine_delta):
+        return fine_delta, 0.0
+    coarse_delta = fine_delta
     kept_residuals = residuals[kept]
-    wide = delta
     if len(kept_residuals) > 0:
         median = kth_smallest(kept_residuals, len(kept_residuals) // 2)
-        wide = max(delta, DELTA_PER_MEDIAN * median)
-    return wide, min(1.0, POINT_SHARE * (wide / delta) ** 2)
+        coarse_delta = max(fine_delta, DELTA_PER_MEDIAN * median)
+    widening = coarse_delta / fine_delta
+    return coarse_delta, min(1.0, POINT_SHARE * (widening * widening))
 
 
 @compiled
