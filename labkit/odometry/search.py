@@ -31,6 +31,7 @@ COARSE = 4  # cells of a coarse step
 TURN = math.radians(2.0)  # of a coarse step
 FINE_TURNS = from_xytheta([[0.0, 0.0, math.radians(turn)] for turn in (-1, -0.5, 0, 0.5, 1)])
 REACH = 20.0  # [m]: points farther away move too far in a coarse turn
+FARTHEST = 10.0  # [m]: a search reaches no farther, however long the robot has been lost
 MOST_POINTS = 100  # of the source that are looked up
 PROMISING = 200  # coarse poses that are looked at finely
 STARTS = 8  # fine poses that are worth trying with ICP, and expected ones
@@ -114,12 +115,12 @@ def search(
     if len(points) == 0:
         return []
     field = LikelihoodField.of(target.points)
-    reach, most = min(window[0], 2.0 * REACH), math.ceil(min(window[1], math.pi) / TURN)
+    reach, most = min(window[0], FARTHEST), math.ceil(min(window[1], math.pi) / TURN)
     points = np.array(points, order="C")  # one kind of array, compiled once and ahead
     turned = T_target_source @ from_xytheta(np.outer(np.arange(-most, most + 1), [0.0, 0.0, TURN]))
     shifts = COARSE * _square(math.ceil(reach / (COARSE * CELL)))
     scores = mean_values(field.coarse, field.corner, points, turned, shifts)
-    best = np.argsort(scores, axis=None)[::-1][:PROMISING]
+    best = np.argpartition(scores, -min(PROMISING, scores.size), axis=None)[-PROMISING:]
     i, j = np.unravel_index(best, scores.shape)
     poses = turned[i]
     poses[:, :2, 2] += CELL * shifts[j]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from labkit import Scan, Target
-from labkit.odometry.search import CELL, LikelihoodField, alike, mean_values, search
+from labkit.odometry.search import CELL, FARTHEST, LikelihoodField, alike, mean_values, search
 from labkit.se2 import apply, from_xytheta, relative, to_xytheta
 from labkit.simulation import Lidar, cast, room
 
@@ -45,6 +45,14 @@ def test_it_stays_within_its_window():
     x, y, turn = np.abs(to_xytheta(starts)).T
     assert max(x.max(), y.max()) <= 0.5 + 0.5
     assert turn.max() <= 0.2 + math.radians(3.0)
+
+
+@pytest.mark.parametrize("shift", [9.0, 15.0])
+def test_a_lost_robot_is_not_looked_for_farther_off_than_a_search_pays(shift):
+    target = Target(Scan.from_points([[0.0, 0.0]]))
+    starts = search(Scan.from_points([[shift, 0.0]]), target, np.eye(3), (1e3, 0.0))
+    assert np.abs(to_xytheta(starts)[:, :2]).max() < FARTHEST + 0.5
+    assert alike(starts[0], from_xytheta([-shift, 0.0, 0.0])) == (shift < FARTHEST)
 
 
 def test_mean_values_are_those_of_the_table():
