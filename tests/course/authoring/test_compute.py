@@ -84,10 +84,10 @@ def test_cases_that_do_not_tell_mistakes_apart_are_refused():
 
 def test_cases_by_which_a_mistake_costs_next_to_nothing_are_refused(assignment):
     cases = assignment.cases("has_converged")
-    fewer = [case for case in cases if not (case.hidden and case.about == "a shift aslant, back")]
+    fewer = [case for case in cases if not (case.hidden and "a shift aslant, " in case.about)]
     assert objection_to(ENTRIES["has_converged"], cases) == ""
 
-    assert "each_axis keeps 4.47 of 5 points" in objection_to(ENTRIES["has_converged"], fewer)
+    assert "each_axis keeps 4.55 of 5 points" in objection_to(ENTRIES["has_converged"], fewer)
 
 
 HANGING = {

@@ -148,28 +148,33 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
     "a cost just below its tolerance": _ending(70.0, 60.0, cost=8e-7),
     "a small shift without a turn": _ending(0.5, 0.001),
 }, hidden={
-    "a step just below both tolerances": _ending(0.8, 0.8),
+    "a step aslant, just below both tolerances": _ending(0.9, 0.8, heading=math.pi / 4),
     "a step aslant, just below the tolerance": _ending(0.9, -0.5, heading=math.pi / 4),
-    "a small shift without a turn": _ending(0.4, 0.001, cost=0.02, iteration=1),
-    "a small shift and most of the turn": _ending(0.3, -0.9),
+    "a step aslant, back, and most of the turn": _ending(0.8, -0.9, heading=-0.75 * math.pi),
     "a cost that rose by next to nothing": _ending(80.0, 70.0, cost=2e-7),
     "a cost that fell by next to nothing": _ending(80.0, -70.0, cost=-2e-7),
     "a cost just below its tolerance": _ending(70.0, 60.0, cost=-8e-7),
     "the last iteration of the budget": _ending(80.0, 70.0, iteration=20, k_max=20),
     "the last iteration, a cost that rose": _ending(2.0, 70.0, cost=0.02, iteration=50),
+    "the last iteration of a short budget": _ending(50.0, -6.0, iteration=4, k_max=4),
     "an iteration past the budget": _ending(80.0, -70.0, iteration=51),
-    "a shift to the left without a turn": _ending(50.0, 0.1, cost=5e-4, heading=math.pi / 2),
+    "an iteration far past the budget": _ending(60.0, 50.0, iteration=90),
+    "an iteration past a short budget": _ending(7.0, 80.0, iteration=6, k_max=4),
+    "a shift to the left in the last but one iteration":
+        _ending(50.0, 0.1, cost=5e-4, iteration=49, heading=math.pi / 2),
     "a shift to the right in the last but one iteration":
         _ending(6.0, 0.2, iteration=49, heading=-math.pi / 2),
     "a shift aslant": _ending(1.3, 0.2, heading=math.pi / 4),
     "a shift aslant, back": _ending(1.25, -0.3, heading=-0.75 * math.pi),
+    "a shift aslant, to the right": _ending(1.2, 0.4, cost=0.02, heading=-math.pi / 4),
     "a turn to the right without a shift": _ending(0.2, -60.0, cost=-5e-4),
-    "a turn to the right, hardly too wide": _ending(0.4, -1.4),
-    "a turn of a few tolerances in the last but one iteration":
-        _ending(0.2, 8.0, iteration=49),
-    "half a turn on the spot": _ending(0.2, -0.4, half_turn=True),
+    "half a turn to the right in the last but one iteration":
+        _ending(0.2, 0.6, iteration=49, half_turn=True),
+    "a turn of a few tolerances": _ending(0.2, 8.0),
+    "half a turn on the spot, to the right": _ending(0.3, 0.4, half_turn=True),
     "a shift exactly at its tolerance": _ending_at(1.0, 0.01),
     "a cost exactly at its tolerance": _ending_at(80.0, EPS_COST),
+    "a cost that fell by exactly its tolerance": _ending_at(70.0, -EPS_COST),
 }, mistakes={
     "any": ("One of the two pose tests is enough here; a scan that turns on the spot would "
         "stop the loop at once. Both must hold.",
@@ -192,6 +197,8 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
         {">= k_max": "> k_max"}),
     "one_less": ("The budget is cut by one: the loop ends at k = k_max, not before.",
         {">= k_max": ">= k_max - 1"}),
+    "budget_met_exactly": ("Only an iteration equal to k_max ends the loop: one past it goes on.",
+        {">= k_max": "== k_max"}),
     "no_budget": ("The budget k_max is not looked at, so the loop may never end.",
         {" or iteration >= k_max": ""}),
     "no_cost": ("The change of the cost is not looked at; a cost that stands still ends the "
