@@ -321,6 +321,35 @@ def test_a_package_that_is_not_there_is_named(code, graded):
     assert "that package is not installed where the grading runs" in message
 
 
+MISSES = """import nothing_of_this_name as no
+
+
+def turned(angle):
+    return no.wrap(angle)
+
+
+def share(kept):
+    return kept.mean()
+"""
+
+
+@pytest.mark.parametrize("line", ["from helpers import turned, share", "from helpers import *"])
+def test_a_package_that_a_script_misses_costs_what_uses_it_and_is_named(line, graded):
+    """Law 4."""
+    uses = {
+        "wrap": f"{line}\n\n\ndef wrap(angle):\n    return turned(angle)\n",
+        "fitness": "def fitness(kept):\n    return share(kept)\n",
+    }
+    files = {"a.ipynb": answered(uses), "helpers.py": MISSES.encode()}
+
+    verdict = graded(files, ASSIGNMENT)
+
+    (wrap,) = [one for one in verdict.questions if not one.passed]
+    assert wrap.question == "wrap"
+    assert "'nothing_of_this_name'" in wrap.message
+    assert "that package is not installed where the grading runs" in wrap.message
+
+
 PICTURE = {"output_type": "display_data", "data": {"image/png": "iVBOR" * (8 << 20)}}
 PRINTS = {"output_type": "stream", "text": ["[[1, 2], [3, 4]], {\n" * 300_000]}
 PLOTLY = {"output_type": "display_data", "data": {"plotly": [[{"x": [k]}] for k in range(200_000)]}}

@@ -138,8 +138,7 @@ class Session:
             except BaseException as error:
                 fault = fault or f"{label} did not run to its end: {self.text(error)}"
                 if isinstance(error, ModuleNotFoundError):
-                    absent = dict.fromkeys(parsing.imported(node), standins.Absent(error))
-                    self.space.update(absent)
+                    self.space |= standins.absent(parsing.imported(node), error)
             if not defines:
                 self.left -= time.process_time() - start
         return fault
@@ -169,10 +168,19 @@ class Session:
         return found
 
     def run_script(self, source: str, name: str, module: types.ModuleType) -> None:
-        """Run a script as the module that imports it."""
+        """Run a script as the module that imports it.
+
+        A package that it imports and that is missing costs what uses it alone, as in a cell.
+        """
         self.modules.append(module)
         for node in parsing.statements(source, name)[0]:
-            self.defined(node, name, vars(module))
+            try:
+                self.defined(node, name, vars(module))
+            except ModuleNotFoundError as error:
+                names = parsing.imported(node)
+                if not names:
+                    raise
+                vars(module).update(standins.absent(names, error))
 
     def described(self, name: str, last: dict[str, Any], end: dict[str, Any]) -> dict[str, Any]:
         """Keep the state after its last cell, and that at the end if it or what it uses differs.

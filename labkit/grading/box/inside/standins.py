@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib.abc
 import sys
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from importlib.machinery import ModuleSpec
 from typing import Any
 
@@ -75,6 +75,11 @@ class Absent:
     def __call__(self, *_: Any, **__: Any) -> Any:
         """Raise what the import raised."""
         raise self.error
+
+
+def absent(names: Iterable[str], error: ModuleNotFoundError) -> dict[str, Absent]:
+    """What stands under the names that a failed import would have bound."""
+    return dict.fromkeys(names, Absent(error))
 
 
 class Bar(StandIn):
