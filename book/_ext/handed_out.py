@@ -1,7 +1,8 @@
 """Which files of a checkout students get: those that git tracks in these folders, and no other.
 
 A file beside them may be a secret, a mark or a draft. Where there is no git, the folders are
-taken as they are. In either case a name of the staff's files stops the edition.
+taken as they are. In either case a name of the staff's files stops the edition, be the file
+tracked, ignored or new: the folders that students get are no place for it.
 """
 
 from __future__ import annotations
@@ -46,7 +47,11 @@ STAFF = (  # what the grader reads and writes, and any archive
     "submissions",
     "submitted",
     "verdicts",
-    "gradebook*.csv",
+    "*gradebook*.csv",
+    "*gradebook*.xlsx",
+    "*grades*.csv",  # as Canvas and Moodle name what they export
+    "*grades*.xlsx",
+    "adjustments*.csv",
     "roster*.csv",
     "scores*.csv",
     "*.7z",
@@ -75,8 +80,8 @@ def choose_files(root: Path) -> tuple[list[Path], list[str]]:
     names = [name for name in names if not _fits(name, KEPT_BACK + MADE_HERE)]
     tracked = tracked_files(root)
     chosen = [name for name in names if tracked is None or name in tracked]
-    for name in chosen:
-        if any(_fits(part, STAFF) for part in name.split("/")):
+    for name in names:
+        if any(_fits(part.lower(), STAFF) for part in name.split("/")):
             raise EditionError(
                 f"{name} is named like a file of the staff's; move it out of the folders that "
                 f"students get, or rename it"

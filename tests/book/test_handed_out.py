@@ -19,6 +19,7 @@ PRIVATE = (
     "gradebook.csv",
     "submissions/ada.ipynb",
     "hand-ins.zip",
+    "2026-11-27_Grades-ICP.csv",
 )
 DRAFTS = ("my_own_solution.py", "exam.md", ".env", "Lösung 2.ipynb")
 
@@ -47,7 +48,7 @@ def checkout(tmp_path):
 
 @pytest.mark.parametrize("folder", ["notebooks", "book", "labkit/course", "tests/conformance"])
 def test_a_file_that_git_does_not_track_is_named_and_not_handed_out(checkout, folder):
-    planted = [plant(checkout, f"{folder}/{name}") for name in PRIVATE + DRAFTS]
+    planted = [plant(checkout, f"{folder}/{name}") for name in DRAFTS]
 
     files, untracked = choose_files(checkout)
 
@@ -67,13 +68,15 @@ def test_every_file_of_the_edition_is_tracked_or_written_by_it(course, tmp_path)
     assert {name.split("/")[0] for name in files} >= {Path(name).parts[0] for name in HANDED_OUT}
 
 
-@pytest.mark.parametrize("tracked", [True, False])
+@pytest.mark.parametrize("state", ["tracked", "new", "ignored", "without git"])
 @pytest.mark.parametrize("name", PRIVATE)
-def test_a_file_of_the_staffs_is_refused_in_git_and_without(checkout, name, tracked):
+def test_a_file_of_the_staffs_is_refused_in_git_and_without(checkout, name, state):
     plant(checkout, f"notebooks/{name}")
-    if tracked:
+    if state == "tracked":
         git(checkout, "add", "--force", "--all")
-    else:
+    elif state == "ignored":
+        (checkout / ".gitignore").write_text("notebooks/*\n", "utf-8")
+    elif state == "without git":
         shutil.rmtree(checkout / ".git")
 
     with pytest.raises(EditionError, match=f"notebooks/{name} is named like a file of the staff's"):
@@ -96,7 +99,7 @@ def test_a_copy_without_git_inside_of_another_repository_is_taken_as_it_is(check
 def test_git_takes_no_file_of_the_graders_by_accident(tmp_path):
     shutil.copy(edition.ROOT / ".gitignore", tmp_path)
     git(tmp_path, "init")
-    ours = [plant(tmp_path, f"notebooks/{name}") for name in PRIVATE[:-1]]
+    ours = [plant(tmp_path, f"notebooks/{name}") for name in PRIVATE[:5]]
 
     told = subprocess.check_output(["git", "-C", tmp_path, "check-ignore", *ours], text=True)
 
