@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 
 from labkit.scan import Scan, as_scan
 from labkit.support.arrays import check_range
-from labkit.support.keywords import guard_keywords
 
 SMALLEST_CELL = 1e-100  # [m]: in smaller cells the index of a cell overflows
 
@@ -61,7 +60,6 @@ def remove_isolated(scan: Scan | ArrayLike, radius: float) -> Scan:
     return scan.select(count > 1)
 
 
-@guard_keywords
 @dataclass(frozen=True, kw_only=True)
 class Preprocessing:
     """The filters that every scan of a run goes through, in the flow chart's order.

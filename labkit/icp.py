@@ -69,7 +69,7 @@ def icp(
     InvalidPointsError
         For an empty scan, a wrong shape, or points that are not finite.
     InvalidParameterError
-        For parameters of another type, out of range, or of another name.
+        For parameters of another type or out of range.
 
     Notes
     -----

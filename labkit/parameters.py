@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
 from labkit.support.arrays import check_choice, check_count, check_kind, check_range
 from labkit.support.compiled import record
-from labkit.support.keywords import check_keywords, guard_keywords
 
 Metric = Literal["point_to_point", "point_to_line"]
 
@@ -18,7 +17,6 @@ def _describe(default: Any, label: str, meaning: str, **unit: str) -> Any:
     return field(default=default, metadata={"label": label, "help": meaning, **unit})
 
 
-@guard_keywords
 @record
 @dataclass(frozen=True)
 class IcpParameters:
@@ -91,11 +89,7 @@ class IcpParameters:
 def adjust(parameters: IcpParameters, settings: Mapping[str, Any]) -> IcpParameters:
     """Return the parameters with some of them set anew, by their names."""
     check_kind(parameters, "parameters", IcpParameters)
-    if not settings:
-        return parameters
-    names = [parameter.name for parameter in fields(IcpParameters)]
-    check_keywords(settings, names, "icp")
-    return replace(parameters, **settings)
+    return replace(parameters, **settings) if settings else parameters
 
 
 #: The odometry's matcher: the most accurate one for scans of walls, at 180 beams as at 1,000.

@@ -25,13 +25,11 @@ from labkit.support.arrays import (
     read_only,
 )
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
-from labkit.support.keywords import guard_keywords
 
 LONGEST_RANGE = 1e5  # [m]; larger values are codes for no return
 MOST_TURN = 1.05 * 2.0 * math.pi  # [rad]; scanners that turn all round may overlap a little
 
 
-@guard_keywords
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Scan:
     """One sweep of a planar scanner, in the scanner's own frame (x ahead, y left).

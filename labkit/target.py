@@ -13,12 +13,10 @@ from labkit.normals import estimate_normals
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan, as_scan
 from labkit.support.arrays import FloatArray, as_normals, read_only
-from labkit.support.keywords import guard_keywords
 
 NONE = read_only(np.empty((0, 2)))
 
 
-@guard_keywords
 class Target:
     """A scan with its grid and its normals, each computed when it is first needed.
 

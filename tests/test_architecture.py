@@ -16,7 +16,7 @@ MAX_LINES = 400
 # Lower layers first: a module may import from its own layer and from those before it. "" is
 # labkit/__init__.py, what labkit exports to its users.
 ORDER = (
-    *("support", "support.errors", "support.arrays", "support.keywords", "support.code_cache"),
+    *("support", "support.errors", "support.arrays", "support.code_cache"),
     *("support.records", "support.compiled", "support.extras", "support.files"),
     *("support.interrupts", "support.progress", "se2", "scan", "filters", "deskew"),
     *("parameters", "alignment", "line_alignment", "neighbors", "normals", "target"),
@@ -26,7 +26,7 @@ ORDER = (
     *("course.report", "course.ladder"),
     *("interactive", "cli", "__main__"),
 )
-DATA = {"support.errors", "support.arrays", "support.keywords", "support.compiled", "se2", "scan"}
+DATA = {"support.errors", "support.arrays", "support.compiled", "se2", "scan"}
 LEANING_ON_LITTLE = {
     "simulation": DATA,
     "evaluation": DATA | {"alignment"},

@@ -18,7 +18,6 @@ from labkit.support.arrays import (
     check_range,
 )
 from labkit.support.errors import InvalidPointsError
-from labkit.support.keywords import guard_keywords
 
 MAX_ERROR = 1e100  # its square is finite
 MAX_TURN = 2.0  # [rad]: a robot turns less from one scan to the next
@@ -67,7 +66,6 @@ class ErrorSummary:
         )
 
 
-@guard_keywords
 @dataclass(frozen=True, eq=False)
 class PoseErrors:
     """N translation errors [m] ≥ 0 and N rotation errors [rad] in [0, π], by pose or pair.

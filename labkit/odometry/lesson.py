@@ -21,7 +21,6 @@ from labkit.odometry.sanity import failed_checks, unknown_std
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.support.arrays import FloatArray
-from labkit.support.keywords import guard_keywords
 from labkit.target import Target
 
 
@@ -35,7 +34,6 @@ class LessonState(NamedTuple):
     last_motion: FloatArray = STILL
 
 
-@guard_keywords
 class LessonOdometry(Odometry[LessonState]):
     """Odometry of the lesson: scan to scan, with sanity checks and fallbacks.
 

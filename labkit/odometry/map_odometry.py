@@ -33,7 +33,6 @@ from labkit.odometry.sanity import SanityLimits, prior_failures, unknown_std
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, relative, to_xytheta
 from labkit.support.arrays import FloatArray
-from labkit.support.keywords import guard_keywords
 from labkit.target import Target
 
 REMEMBERED = 20  # motions
@@ -72,7 +71,6 @@ class MapState(NamedTuple):
         )
 
 
-@guard_keywords
 class MapOdometry(Odometry[MapState]):
     """Odometry of the lab: against a map, with a search, for wheels and scans that may be wrong.
 

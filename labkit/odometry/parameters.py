@@ -8,12 +8,10 @@ from labkit.filters import Preprocessing
 from labkit.odometry.sanity import SanityLimits
 from labkit.parameters import ACCURATE, IcpParameters
 from labkit.support.arrays import check_kind
-from labkit.support.keywords import guard_keywords
 
 RETRY = 0.5  # share of the gate and of each ICP step in the second attempt
 
 
-@guard_keywords
 @dataclass(frozen=True, kw_only=True)
 class OdometryParameters:
     """All parameters of the odometry; checked when the object is made.

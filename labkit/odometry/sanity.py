@@ -12,12 +12,10 @@ from labkit.result import IcpResult
 from labkit.se2 import wrap
 from labkit.support.arrays import FloatArray, check_range
 from labkit.support.errors import InvalidParameterError
-from labkit.support.keywords import guard_keywords
 
 NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
 
 
-@guard_keywords
 @dataclass(frozen=True, kw_only=True)
 class SanityLimits:
     """Limits of a step that is believed; checked when the object is made.

@@ -23,13 +23,11 @@ from labkit.support.arrays import (
     check_kind,
     check_range,
 )
-from labkit.support.keywords import guard_keywords
 
 MAX_BEAM_COUNT = 1_000_000
 SCAN_PERIOD = 0.1  # [s] between two scans to which the caller gives no stamps
 
 
-@guard_keywords
 @dataclass(frozen=True, kw_only=True)
 class Lidar:
     """The properties of a scanner.

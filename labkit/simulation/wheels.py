@@ -9,10 +9,8 @@ from numpy.typing import ArrayLike
 
 from labkit.se2 import matrices_of, relative, to_xytheta, wrap
 from labkit.support.arrays import FloatArray, as_generator, as_poses, check_kind, check_range
-from labkit.support.keywords import guard_keywords
 
 
-@guard_keywords
 @dataclass(frozen=True, kw_only=True)
 class WheelNoise:
     """Errors of wheels, per metre travelled and per radian turned.

@@ -25,7 +25,6 @@ from labkit.support.arrays import (
     check_kinds,
     check_range,
 )
-from labkit.support.keywords import guard_keywords
 
 MAX_COUNT = 1_000_000  # of people, of sides
 MAX_LENGTH = 1e4  # [m] of a room, a doorway, a radius
@@ -34,7 +33,6 @@ CROWD_START = 1.0  # [m]: nobody in the crowd stands nearer to the origin
 MAX_SPEED = 100.0  # [m/s] of a person
 
 
-@guard_keywords
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MovingObject:
     """Segments that move as one body, straight on and without turning.
@@ -56,7 +54,6 @@ class MovingObject:
         return self.segments + as_time(stamp) * self.velocity
 
 
-@guard_keywords
 @dataclass(frozen=True, eq=False, kw_only=True)
 class World:
     """Walls that stay, (M, 2, 2) pairs of end points [m], and objects that move."""

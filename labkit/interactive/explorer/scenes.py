@@ -24,12 +24,10 @@ from labkit.simulation import (
 )
 from labkit.support.arrays import FloatArray, as_transform, check_count, check_kind
 from labkit.support.errors import InvalidPointsError
-from labkit.support.keywords import guard_keywords
 
 SCENE_LIDAR = Lidar(beam_count=361, field_of_view=2.0 * math.pi)
 
 
-@guard_keywords
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scene:
     """Two scans of 3 points or more, the guess `T_init`, and where known the answer.
