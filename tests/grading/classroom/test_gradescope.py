@@ -58,7 +58,6 @@ def run_autograder(root):
 
 
 def test_a_submission_is_graded_by_what_the_archive_holds(safe_wall, root):
-    (root / "submission_metadata.json").write_text('{"users": [{"id": 7}]}', encoding="utf-8")
     (root / "submission/answers.py").write_text(SQUARED, encoding="utf-8")
     results, _ = run_autograder(root)
     assert results["score"] == 3.5
@@ -68,7 +67,6 @@ def test_a_submission_is_graded_by_what_the_archive_holds(safe_wall, root):
 
 def test_a_grader_that_fails_says_so_and_blames_nobody(root):
     (root / "submission/answers.py").write_text(RIGHT, encoding="utf-8")
-    (root / "submission_metadata.json").write_text('{"users": []}', encoding="utf-8")
     for file in (root / "source/assignment").rglob("*.json"):
         file.unlink()
     results, seen = run_autograder(root)
