@@ -127,5 +127,5 @@ def _related(answer: Answer, case: Case, value: Value) -> Iterator[tuple[str, An
 def _changed(right: Any, changes: Sequence[Change]) -> Iterator[tuple[str, Any]]:
     """The right thing with each of the changes that it can have."""
     for says, change in changes:
-        with suppress(ValueError, IndexError):
+        with suppress(ValueError):
             yield says, change(right)
