@@ -35,7 +35,7 @@ from labkit.grading.box.outside import Box, Wall
 from labkit.grading.box.watch import MachineError
 from labkit.grading.command import JOBS
 from labkit.grading.questions import read_assignment
-from tests.grading.notebooks import RIGHT, answered
+from tests.grading.notebooks import HANDED_OUT, RIGHT, answered, cell, notebook
 from tests.grading.small import HANGS, SQUARED, hand_in, scores
 from tests.grading.small import RIGHT as RIGHT_NUMBERS
 
@@ -383,6 +383,59 @@ def test_a_machine_s_failure_is_tried_again_told_and_not_stored(
     says = "student00001 was not graded: MachineError: the box did not start: this"
     assert says in capsys.readouterr().err
     assert not list((tmp_path / "grades/verdicts").iterdir())
+
+
+def test_what_is_handed_out_and_not_touched_is_called_not_written(graded):
+    files = {"a.ipynb": HANDED_OUT.read_bytes()}
+
+    verdict = graded(files, ASSIGNMENT)
+
+    assert verdict.score == 0.0
+    assert {one.message for one in verdict.questions} == {
+        f"`{name}` is not written yet." for name in NAMES
+    }
+
+
+def test_of_two_states_the_better_counts(graded, small):
+    """A later cell makes what an answer uses worse, and it is not defined again."""
+    cells = ["def power(x):\n    return x * x\n", "def double(x):\n    return power(x)\n",
+             "def negate(x):\n    return -x\n", "def power(x):\n    return 0.0\n"]  # fmt: skip
+    for order in (cells, [cells[3], *cells[1:3], cells[0]]):
+        verdict = graded(
+            {"a.ipynb": notebook([cell(one) for one in order])}, read_assignment(small)
+        )
+
+        assert verdict.score == 3.5, verdict.questions
+
+
+def test_experiments_without_an_end_cost_no_answer_and_end_no_box(graded, small):
+    """Law 4: they share the time of two cells, and those beyond are left out."""
+    cells = ["while True:\n    pass"] * 60 + [RIGHT_NUMBERS]
+
+    verdict = graded(
+        {"a.ipynb": notebook([cell(one) for one in cells])}, read_assignment(small), seconds=0.5
+    )  # fmt: skip
+
+    assert verdict.score == 5.0
+    assert not any("ended the program" in note for note in verdict.notes), verdict.notes
+
+
+def test_what_is_lent_to_a_module_is_taken_back(graded):
+    """Law 2: a caller in the module, asked later, is told that one stood in for its own, too."""
+    names = ("rotation", "wrap", "integrate")
+    helpers = "\n\n".join(RIGHT[name] for name in names)
+    helpers = "import numpy as np\n" + helpers.replace("np.cos(theta)", "1.0")
+    line = f"from helpers import {', '.join(names)}"
+    files = {
+        "a.ipynb": answered({names[0]: line, names[1]: "import helpers", names[2]: "wrap"}),
+        "helpers.py": helpers.encode(),
+    }
+
+    verdict = graded(files, ASSIGNMENT)
+
+    assert [one.question for one in verdict.questions if not one.passed] == ["rotation"]
+    told = {one.question for one in verdict.questions if one.replaced}
+    assert told > {"align", "integrate"}
 
 
 AFTERWARDS = {  # what a function does in a hidden case, beside the `WAYS` to fail

@@ -182,8 +182,14 @@ def zipped(name, data):
     return buffer.getvalue()
 
 
+COLOURS = "import colorsys\n\n\ndef fitness(kept):\n    colorsys.rgb_to_hsv(0.1, 0.2, 0.3)\n"
 FILES = {
     **MODULES,
+    "a folder of one's own called labkit": {"work/labkit/mine.py": SCRIPT.encode()},
+    "a script with the name of one of Python's": {
+        "a.ipynb": answered({"fitness": COLOURS + "    return kept.mean()\n"}),
+        "colorsys.py": b"x = 1\n",
+    },
     "cp1252": {"a.py": f"# é ß €\n{SCRIPT}".encode("cp1252")},
     "GBK": {"a.py": f"# 点云配准\n{SCRIPT}".encode("gbk")},
     "a zip in a zip": {"a.zip": zipped("inner.zip", zipped("a.py", SCRIPT))},

@@ -75,6 +75,13 @@ def test_moodle_tells_the_time_in_each_of_its_units(status, days, written):
     assert book.people["815"].late == pytest.approx(days)
 
 
+@pytest.mark.parametrize("status", ["2 days early", "Submitted - 1 day before the end", "later"])
+def test_a_time_that_is_not_late_costs_nothing(status, written):
+    book = read_moodle(written(MOODLE.replace("1 week 12 hours late", status)))
+
+    assert book.people["815"].late == 0.0
+
+
 def test_canvas_names_a_column_that_is_not_there(written):
     with pytest.raises(LabkitError, match=r"no column 'Lab 3'; the columns are Lab 1 \(77\)"):
         read_canvas(written(CANVAS), "Lab 3")

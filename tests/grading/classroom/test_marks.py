@@ -83,6 +83,8 @@ def test_lateness_is_computed_when_marks_are(lines, score, decide, marks):
         ("ada,doubel,1,", "line 2: unknown item 'doubel'; did you mean 'double'?"),
         ("*,double,1,", "line 2: unknown item 'double'; there are late_percent, written"),
         ("ada,double,2.5,", "line 2: double must be a number from 0 to 2, got '2.5'"),
+        ("*,written,inf,", "line 2: written must be a number from 0, got 'inf'"),
+        ("ada,late,inf,", "line 2: late must be a number from 0, got 'inf'"),
         ("ada,written,3,", "got '3'; say what they are worth: *,written,POINTS,"),
         ("ada,double,1,\nada,double,2,", "line 3: double of 'ada' is set before; keep one"),
         ('ada,double,1,"open\nada', ": unexpected end of data; put text that holds a comma in"),
@@ -92,6 +94,12 @@ def test_a_slip_is_named_and_ends_the_run(line, message, decide):
     with pytest.raises(LabkitError) as error:
         decide(line)
     assert message in str(error.value)
+
+
+def test_rules_of_the_class_hold_wherever_they_stand(decide):
+    lines = ["ada,written,12,", "*,written,15,", "*,late_percent,10,", "emmy,late,2,"]
+
+    assert decide(*lines) == decide(*lines[::-1])
 
 
 def test_an_empty_table_is_made_and_what_excel_makes_of_it_is_read(small, tmp_path):

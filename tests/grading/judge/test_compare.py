@@ -159,6 +159,7 @@ TEXTS = [  # the question, how its right answer is changed, what is said of that
     ("huber_weights", lambda w: np.append(w, 1.0), "too long by 1"),
     ("integrate", lambda p: p + np.array([0, 0, 2 * np.pi]), "wrap them"),
     ("integrate", lambda p: p + np.array([0, 0, np.pi / 6]), "headings by up to 30°"),
+    ("integrate", lambda p: p + np.array([0, 0, np.pi]), "headings by up to 180°"),
     ("distance_gate", lambda kept: kept | True, "it keeps 2 pairs that should go."),
     ("distance_gate", lambda kept: kept & False, "it rejects 3 pairs that should stay."),
     ("overlap", lambda kept: kept * 7.0, "other numbers than True and False"),
@@ -179,6 +180,30 @@ def test_a_number_where_nothing_is_left_is_told_that_there_is_none():
     none_kept = ASSIGNMENT.visible["inlier_rmse"][1]
     verdict = judge(ASSIGNMENT.question("inlier_rmse"), none_kept, returned(none_kept, 0.0))
     assert "when no pair is kept, return NaN" in verdict.reason
+
+
+def test_a_half_turn_may_be_pi_or_minus_pi_and_nothing_else():
+    """Single precision has neither, so what it rounds to counts; −π itself is outside (−π, π]."""
+    question, half_turn = ASSIGNMENT.question("wrap"), ASSIGNMENT.visible["wrap"][-1]
+    beside = [-np.pi, -np.pi + 1e-7, -np.pi - 1e-7, np.pi - 1e-7, 1e-7, -np.pi + 0.01, 3 * np.pi]
+
+    right = [is_right(question, half_turn, angle) for angle in beside]
+
+    assert right == [False, True, True, True, False, False, False]
+
+
+def test_of_several_results_the_wrong_one_is_told_by_its_place():
+    question = replace(ASSIGNMENT.question("fitness"), answer=Answer.NUMBERS)
+    wanted = (np.array([1.0, 2.0, 3.0]), 4.0, np.array([5.0, 6.0]))
+    case = replace(first("fitness", False), expected=(wanted,), mistaken={})
+    places = {0: "result 1 at [0]", 2: "result 1 at [2]", 3: "result 2", 5: "result 3 at [1]"}
+
+    for entry, place in places.items():
+        wrong = np.arange(1.0, 7.0)
+        wrong[entry] += 1.0
+        reason = judge(question, case, returned(case, (wrong[:3], wrong[3], wrong[4:]))).reason
+
+        assert f" in {place} got {wrong[entry]:g}, expected {wrong[entry] - 1:g}." in reason
 
 
 def test_the_score_is_the_share_of_the_cases_beyond_chance():

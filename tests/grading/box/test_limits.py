@@ -1,0 +1,99 @@
+"""Limits of a box hold whatever the code does, and what it used is counted to its end."""
+
+import contextlib
+import os
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from labkit.grading.box import outside
+from labkit.grading.box.inside import data
+from labkit.grading.box.outside import MAX_LINE, Box, unused_user
+from labkit.grading.box.watch import BoxError, BoxTimeout, read_usage
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="boxes are Linux's")
+LIMITS = """
+import os, resource
+def limits():
+    kinds = [resource.RLIMIT_NOFILE, resource.RLIMIT_CORE, resource.RLIMIT_CPU, resource.RLIMIT_AS]
+    return [resource.getrlimit(kind) for kind in kinds]
+def groups():
+    return os.getgroups()
+"""
+FLOODS = f"""
+import gc, os
+own = next(one for one in gc.get_objects() if type(one).__name__ == "Session")
+os.write(own.writing, b" " * {2 * MAX_LINE})
+while True:
+    pass
+"""
+
+
+def told(box, cells, *functions):
+    """Run cells in a box; the answers of functions without arguments."""
+    box.send(60.0, cells=[(cells, "a")], scripts={}, functions=functions)
+    while "answers" not in box.receive():
+        pass
+    for name in functions:
+        box.send(60.0, function=name, state=0, right={}, calls=[[]])
+        yield data.from_json(box.receive()["value"])
+
+
+def test_every_limit_of_a_box_is_set_for_good(wall):
+    """Soft and hard: what is soft alone could be raised again."""
+    with contextlib.closing(Box(wall, seconds=7.0)) as box:
+        (files, core, processor, memory), groups = told(box, LIMITS, "limits", "groups")
+
+    assert core == (0, 0)
+    assert processor == (8, 8)
+    assert files[0] == files[1] <= 256
+    assert memory[0] == memory[1] <= 2 << 30
+    assert groups == () or os.geteuid() or wall.mode == "none"
+
+
+def test_a_line_that_does_not_end_ends_the_box(wall):
+    with contextlib.closing(Box(wall)) as box:
+        box.send(60.0, cells=[(FLOODS, "a")], scripts={}, functions=[])
+        assert box.receive() == {"cell": 0}
+
+        with pytest.raises(BoxError, match="too much output"):
+            box.receive()
+
+
+def test_what_a_box_used_counts_when_it_is_gone(wall):
+    """Or a program that ends each of its boxes would have time without an end."""
+    with contextlib.closing(Box(wall._replace(seconds=60.0))) as box:
+        box.send(1.0, cells=[("while True:\n    pass", "a")], scripts={}, functions=[])
+        box.receive()
+        with pytest.raises(BoxTimeout):
+            box.receive()
+
+    assert box.used() > 1.0
+
+
+def test_usage_is_what_the_system_counts_whatever_a_process_calls_itself():
+    """Of both kinds of processor time; the oracle is `os.times`."""
+    name = Path("/proc/self/comm")
+    before = name.read_text()
+    end = time.process_time() + 0.3
+    while time.process_time() < end:
+        os.listdir("/proc")
+    try:
+        name.write_text("a) R 1 (b")
+        usage = read_usage(os.getpid())
+    finally:
+        name.write_text(before)
+
+    user, system, *_ = os.times()
+    assert usage.used == pytest.approx(user + system, abs=0.1)
+    assert 0.0 <= usage.waited < 1e5
+    assert usage.threads >= 1
+
+
+def test_the_user_of_a_box_has_no_process(monkeypatch):
+    taken = {path.stat().st_uid for path in Path("/proc").glob("[0-9]*") if path.exists()}
+    monkeypatch.setattr(outside, "USERS", iter([*taken, 59_999]))
+
+    assert unused_user() == 59_999
