@@ -13,7 +13,7 @@ from tests.book.test_hours import EXERCISE, reading
 from tests.book.test_notebooks import NOTEBOOKS, names, tags
 
 PAGE = (Path(__file__).parents[2] / "book/evening.md").read_text("utf-8")
-ROW = re.compile(r"(?m)^\| (\d+) \| \[\]\(\.\./notebooks/(\w+)\) \| (.*) \|$")
+ROW = re.compile(r"(?m)^\| (\d+) \| \[.*?\]\(\.\./notebooks/(\w+)\.ipynb\) \| (.*) \|$")
 STATIONS = {chapter: (int(minutes), task) for minutes, chapter, task in ROW.findall(PAGE)}
 GIVEN = {*dir(builtins), "display", "get_ipython"}
 
