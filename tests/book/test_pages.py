@@ -76,6 +76,19 @@ SHIFT = """() => {
         .observe({ type: "layout-shift", buffered: true });
 }"""
 
+# Waits until thirty frames of the toy are alike.
+AT_REST = """() => new Promise(told => {
+    let [last, alike] = ["", 0];
+    const look = () => {
+        const now = document.querySelector(".icp-plane").toDataURL();
+        alike = now === last ? alike + 1 : 0;
+        last = now;
+        if (alike === 30) told();
+        else requestAnimationFrame(look);
+    };
+    look();
+})"""
+
 
 def visit(browser: Browser, base: str, name: str) -> AbstractContextManager[Page]:
     """A page of the book, at rest."""
@@ -203,7 +216,8 @@ def test_the_first_page_stands_still_and_its_first_screen_holds_the_toy(
             box = page.locator(part).bounding_box()
             assert box["y"] + box["height"] < height, part
         page.evaluate(SHIFT)
-        page.wait_for_timeout(1500)  # the map is drawn, and the scan has beckoned
+        page.locator(".map-live canvas").wait_for()
+        page.evaluate(AT_REST)  # the scan has beckoned
         assert page.evaluate("() => window.shift") < STILL
 
 
