@@ -62,7 +62,7 @@ const KINDS = {
   ghost: { path: drop, color: "reference", sign: "◌", fill: 0.25, width: 2, dash: [4, 3] },
   rival: { path: drop, color: "method-1", sign: "◌", fill: 0.25, width: 2, dash: [2, 2] },
   scan: { path: points(speck), color: "target", sign: "▪", fill: 0.35, width: 0.1 },
-  wall: { path: segments, color: "grid", sign: "—", width: 1.5 },
+  wall: { path: segments, color: "soft", sign: "—" },
   seen: { path: points(speck), color: "source", sign: "▪", fill: 1 },
   view: { path: outline, color: "source", sign: "◣", fill: 0.12, width: 0.2 },
   way: { path: segments, color: "source", sign: "—", width: 2 },

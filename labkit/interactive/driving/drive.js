@@ -413,7 +413,7 @@ class DriveView extends View {
   sum() {
     const { metres } = this.odometry.scans.at(-1);
     const steps = this.poses.length - 1;
-    const wrong = `${this.wrong.length} of ${steps} wrong`;
+    const wrong = `${this.wrong.length} of ${steps} wrong`.replaceAll(" ", "\u00a0");
     return `${metres.toFixed(0)} m driven, ${this.off().toFixed(2)} m off, ${wrong}`;
   }
 

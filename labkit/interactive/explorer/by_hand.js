@@ -97,7 +97,7 @@ export class HandView extends View {
       "p",
       { class: "icp-misfit" },
       this.distance,
-      " between the scans, where they overlap",
+      " apart, where the scans overlap",
     );
     const help = element("p", { class: "icp-status icp-keys" }, BY_KEYS);
     const legend = legendOf(legendEntries(this.model.get("first_parameters")));
