@@ -174,7 +174,7 @@ def test_wheels_from_a_file_are_those_of_the_log(run, carmen_log, tmp_path):
 
 def test_wheels_that_are_silent_or_in_another_unit_are_told(run, carmen_log):
     log = read_log(carmen_log[0])
-    write_tum("wheels.tum", log.stamps[:5], 1e3 * log.odometry[:5])
+    write_tum("wheels.tum", log.stamps[:5], 1e2 * log.odometry[:5])
     status, _, err = run("odometry", carmen_log[0], "--odometry", "wheels.tum", *NOTHING)
     assert (status, err.count("note: ")) == (0, 3), err
     assert "note: 3 of 8 scans have no odometry, the first at 5.5 s: it is silent" in err
