@@ -1,4 +1,4 @@
-"""What is installed: data files and the lock."""
+"""What is installed: data files and the lock; and what workflows leave behind."""
 
 import re
 import tomllib
@@ -13,6 +13,7 @@ from labkit.support.extras import DISTRIBUTION
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 LOCK = (ROOT / "requirements-dev.txt").read_text("utf-8")
+WORKFLOWS = sorted((ROOT / ".github/workflows").glob("*.yml"))
 LAB = (ROOT / "requirements.txt").read_text("utf-8")  # the part that every reader needs
 
 
@@ -65,3 +66,15 @@ def test_a_lock_has_hashes_and_says_no_host(lock):
     assert len(entries) > 100
     assert all("--hash=sha256:" in entry for entry in entries if entry)
     assert not re.search(r"https?:|index-url|@ ", lock)
+
+
+@pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.name)
+def test_a_checkout_leaves_no_credentials_behind(workflow):
+    """Each names its commit, too: a tag can be moved to other code."""
+    text = workflow.read_text("utf-8")
+    steps = re.findall(r"(?m)^( +)- uses: (\S+)[^\n]*\n((?:\1 +[^\n]*\n)*)", text)
+    assert steps
+    for _, action, options in steps:
+        name, commit = action.split("@")
+        assert re.fullmatch("[0-9a-f]{40}", commit), action
+        assert name != "actions/checkout" or "persist-credentials: false" in options, options
