@@ -90,6 +90,10 @@ $\sum_i \lVert\mathbf{R}\,\mathbf{p}_i + \mathbf{t} - \mathbf{q}_i\rVert^2$.
     "more than a right angle": _translation(12, WIDE),
     "points given as whole numbers": lambda rng: (np.array([[0, -1], [1, 0]]), *_whole(rng)),
 }, mistakes={
+    "not_turned": ("The rotation is left out: the centroid p̄ has to be turned, t = q̄ − R p̄.",
+        lambda R, p, q: q.mean(axis=0) - p.mean(axis=0)),
+    "way_back": ("This is the translation of the inverse motion: it leads from target to source.",
+        lambda R, p, q: p.mean(axis=0) - R.T @ q.mean(axis=0)),
     "difference_turned": ("The difference of the centroids is turned as one; turn p̄ alone.",
         lambda R, p, q: R @ (q.mean(axis=0) - p.mean(axis=0))),
     "turned_back": ("The centroid p̄ is turned by Rᵀ; it is t = q̄ − R p̄.",
@@ -183,6 +187,10 @@ not sum up to one; some may be zero.
     "a wide turn": _weighted(_pairs(8, WIDE), 0.4, 1.0),
     "whole numbers": _weighted(_whole, 4.0, 9.0, whole=True),
 }, mistakes={
+    "weights_squared": ("The weights are squared; each pair counts with w itself.",
+        lambda p, q, w: align_weighted(p, q, w**2)),
+    "unweighted": ("The weights have no effect: centroids and sums need them.",
+        lambda p, q, w: align_weighted(p, q, np.ones(len(p)))),
     "centroids_unweighted": ("The centroids are plain means: they need the weights, too.",
         {"weights @ source / weights.sum()": "source.mean(axis=0)",
          "weights @ target / weights.sum()": "target.mean(axis=0)"}),

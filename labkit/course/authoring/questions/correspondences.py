@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from labkit import correspondences
@@ -11,6 +13,7 @@ from labkit.course.exercises.entries import Arguments
 from labkit.grading.box.inside.data import Value
 from labkit.grading.questions import Answer
 from labkit.neighbors import NearestNeighbors
+from labkit.support.arrays import FloatArray
 
 ROOT_MEAN_SQUARE = "np.sqrt(np.mean(distances[kept] ** 2))"
 
@@ -41,6 +44,17 @@ def _kept(rng: Rng, count: int, share: float, distances: bool = True) -> Argumen
     return (np.round(rng.uniform(0.05, 0.8, count), 3), kept) if distances else (kept,)
 
 
+def _nearest_each_once(p: FloatArray, q: FloatArray) -> Any:
+    """The wrong search that takes a target point away from all later source points."""
+    distances = np.linalg.norm(p[:, None] - q, axis=2)
+    found = []
+    for row in distances:
+        found.append((row.argmin(), row.min()))
+        distances[:, found[-1][0]] = np.inf
+    indices, lengths = zip(*found, strict=True)
+    return np.array(indices), np.array(lengths)
+
+
 # fmt: off
 @question("Nearest neighbours", points=5, answer=Answer.MATCHES, unit="m",
     chapter="chapter 3, “The nearest point”",
@@ -61,6 +75,8 @@ Find for each source point the nearest target point. Comparing all with all is g
 }, mistakes={
     "swapped": ("This is the nearest source point of each target point: turn it round.",
         lambda p, q: nearest_neighbors(q, p)),
+    "each_once": ("A target point is taken once at most; several source points may share one.",
+        _nearest_each_once),
     "farthest": ("These are the farthest target points, not the nearest.",
         {"argmin": "argmax"}),
     "manhattan": ("These are sums of |Δx| and |Δy|; a distance is the root of squares.",
@@ -154,6 +170,8 @@ Of $N$ pairs keep the $\lfloor\rho N\rfloor$ closest, but at least 3. The pairs 
         {"max(3, ": "max(0, "}),
     "quantile": ("A quantile interpolates between pairs and keeps ⌊ρ(N − 1)⌋ + 1 of them, "
         "not ⌊ρN⌋.", lambda d, ratio: d <= np.quantile(d, ratio)),
+    "share_of_the_largest": ("ρ is taken of the largest distance; it is a share of the pairs.",
+        lambda d, ratio: d <= ratio * d.max()),
     "ratio_as_distance": ("ρ is held against the distances; it is a share of the pairs.",
         lambda d, ratio: d <= ratio),
     "share_removed": ("ρ is taken as the share to remove; it is the share to keep.",
@@ -201,6 +219,8 @@ $w_i = 1$ for $r_i \le \delta$, and $w_i = \delta / r_i$ for $r_i > \delta$.
     "branches_swapped": ("The branches are swapped: 1 belongs up to δ, δ/r beyond.",
         lambda r, delta: np.where(r > delta, 1.0, delta / r)),
     "loss": ("This is Huber's loss; asked for are the weights that go with it.", huber_loss),
+    "cauchy": ("This is Cauchy's weight; Huber's is 1 up to δ, and δ/r beyond.",
+        lambda r, delta: 1 / (1 + (r / delta) ** 2)),
     "whole_numbers": ("`np.ones_like` of whole numbers holds whole numbers, so δ/r is cut off "
         "to 0: ask for `dtype=float`.",
         {"return delta / np.maximum(residuals, delta)":

@@ -106,6 +106,8 @@ Chain them to poses in the frame of the start. Headings are to lie in $(-\pi, \p
     "mean_heading": ("The step is turned by the mean of both headings, as wheels are "
         "integrated; a scan match is expressed in the frame of scan k.",
         {"rotation(psi)": "rotation(psi + increment[2] / 2)"}),
+    "from_zero": ("The path begins at 0 in place of `start`.",
+        lambda increments, start: integrate(increments, np.zeros(3))),
     "turned_backwards": ("The step is turned by R(ψ)ᵀ; from robot to world it is R(ψ).",
         {"rotation(psi)": "rotation(psi).T"}),
 })
