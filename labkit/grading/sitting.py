@@ -17,6 +17,7 @@ MAX_PROGRAM = 1 << 27  # bytes of what was read, which are code and no answer
 READING = 10.0  # [s] of processor time for the files
 # Processor time for all cells, and for a call: the box's own limit as many times, and seconds more.
 CELLS, CALLS, MORE = 10.0, 1.5, 0.5
+BEGINNING = 0.5  # likewise: what the start of each box is charged, so that none is started for ever
 PATIENCE = 5.0  # times as long for a call that ran out of time where others were right
 UNREADABLE = "the files cannot be read with little time and memory; hand in the notebook alone"
 HANDED_OUT = [path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py")]
@@ -168,7 +169,7 @@ class Sitting:
     def close(self) -> None:
         """End the box, and count its time."""
         if self.box:
-            self.left -= self.box.used()
+            self.left -= self.box.used() + BEGINNING * self.wall.seconds
             self.box.close()
         self.box = None
 

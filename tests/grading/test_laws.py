@@ -32,7 +32,7 @@ from labkit.grading import sitting
 from labkit.grading.box.inside import data
 from labkit.grading.box.inside.reading import read_program
 from labkit.grading.box.outside import Box, Wall
-from labkit.grading.box.watch import MachineError
+from labkit.grading.box.watch import BoxError, MachineError
 from labkit.grading.command import JOBS
 from labkit.grading.questions import read_assignment
 from tests.grading.notebooks import HANDED_OUT, RIGHT, answered, cell, notebook
@@ -383,6 +383,36 @@ def test_a_machine_s_failure_is_tried_again_told_and_not_stored(
     says = "student00001 was not graded: MachineError: the box did not start: this"
     assert says in capsys.readouterr().err
     assert not list((tmp_path / "grades/verdicts").iterdir())
+
+
+class Ending(Liar):
+    """A box that every cell ends at once."""
+
+    count = 0
+
+    def __init__(self, wall, seconds):
+        super().__init__(wall, seconds)
+        Ending.count += 1
+
+    def send(self, allowed, attached=b"", **order):
+        if "sizes" in order:
+            self.said = [read_program({"a.ipynb": attached}, NAMES)._asdict()]
+
+    def receive(self, most=0):
+        if not self.said:
+            raise BoxError("the program ended")
+        return self.said.pop()
+
+
+def test_who_ends_every_box_gets_no_box_for_ever(monkeypatch):
+    """Law 6: 900 cells that end the program once held a class for a quarter of an hour."""
+    monkeypatch.setattr(sitting, "Box", Ending)
+    files = {"a.ipynb": notebook([cell("import os\nos._exit(0)")] * 900)}
+
+    verdict, _ = grading.grade_submission(files, Wall("none"), ASSIGNMENT, "ada")
+
+    assert verdict.score == 0.0
+    assert 50 < Ending.count < 150
 
 
 def test_what_is_handed_out_and_not_touched_is_called_not_written(graded):
