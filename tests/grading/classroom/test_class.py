@@ -85,13 +85,17 @@ def test_one_submission_that_cannot_be_read_costs_nobody_else(grade, tmp_path, m
     assert scores() == {"ada": 5.0, "mallory": -1, "zoe": 5.0}
     assert "a.zip cannot be read" in Path("grades/index.html").read_text(encoding="utf-8")
 
-    def broken(one, *_):
+    tries = []
+
+    def broken(files):
+        tries.append(files)
         raise OverflowError("beyond all")
 
     monkeypatch.setattr("labkit.grading.grade.read_files", broken)
     assert grade("class") == 1
     err = capsys.readouterr().err
     assert "zoe was not graded: OverflowError: beyond all" in err
+    assert len(tries) == 3  # once each: no machine's fault
     assert scores() == {"ada": 5.0, "mallory": -1, "zoe": 5.0}
 
 

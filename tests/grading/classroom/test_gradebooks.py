@@ -65,6 +65,14 @@ def test_canvas_gets_scores_of_its_own_scale(verdicts, written, out, possible, s
     assert [row[-1] for row in rows(out)[1:]] == [possible, score]
 
 
+def test_a_semicolon_in_a_title_is_no_delimiter(verdicts, written, out):
+    book = read_canvas(written(CANVAS.replace("Lab 1 (", "Lab; 1 (")), "Lab; 1")
+
+    book.fill(verdicts[:1], out)
+
+    assert rows(out)[-1][:2] == ["Lovelace, Ada", "4711"]
+
+
 @pytest.mark.parametrize(
     ("status", "days"),
     [("3 days", 3.0), ("36 hours", 1.5), ("36 mins 0 secs", 0.025), ("43 secs", 43 / 86400)],

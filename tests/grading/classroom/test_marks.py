@@ -153,10 +153,13 @@ def test_another_wall_limit_or_file_is_another_verdict(small):
         fingerprint({"a.py": b"1"}, assignment, Wall("none")),
         fingerprint({"a.py": b"1"}, assignment, Wall("user", seconds=9.0)),
         fingerprint({"b.py": b"1"}, assignment, Wall("user")),
+        fingerprint({"a.py": b"1", "b.py": b"2"}, assignment, Wall("user")),
+        fingerprint({"a.py": b'1["b.py"]2'}, assignment, Wall("user")),
+        fingerprint({"a.py": b'1["b.py", 1]2'}, assignment, Wall("user")),
         fingerprint({"a.py": b"2"}, assignment, Wall("user")),
         fingerprint({"a.py": b"1"}, replace(assignment, digest="x"), Wall("user")),
     }
-    assert len(marks) == 6
+    assert len(marks) == 9
 
 
 def test_points_for_one_who_handed_in_nothing_are_kept(decide, marks):
