@@ -3,7 +3,7 @@
 import signal
 import sys
 
-from labkit.support.interrupts import INTERRUPTED, LINE, loading
+from labkit.support.interrupts import INTERRUPTED, MESSAGE, loading
 
 
 def main() -> int:
@@ -15,7 +15,7 @@ def main() -> int:
         return run()
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one changes nothing
-        print(end=LINE, file=sys.stderr)
+        print(end=MESSAGE, file=sys.stderr)
         return INTERRUPTED
 
 

@@ -30,7 +30,7 @@ References
 from __future__ import annotations
 
 import math
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,7 +50,7 @@ from labkit.parameters import IcpParameters
 from labkit.scan import Scan
 from labkit.schedule import stage_of
 from labkit.se2 import to_xytheta
-from labkit.support.arrays import FloatArray, as_covariance, as_numbers, check_range
+from labkit.support.arrays import FloatArray, IntArray, as_covariance, as_numbers, check_range
 from labkit.support.compiled import compiled
 from labkit.support.errors import DegenerateAlignmentError, InvalidParameterError
 from labkit.target import Target
@@ -102,7 +102,7 @@ def censi_covariance(result: _Result, range_std: float) -> FloatArray:
     DegenerateAlignmentError
         Where the match failed, or no pair lies on a surface.
     """
-    covariance, _, free = _measured(result, range_std)
+    covariance, _, free = _covariance_and_bases(result, range_std)
     for direction in free.T:
         signs = np.where(np.abs(direction) > ALONG_AN_AXIS, np.sign(direction), 0.0)
         products = np.outer(signs, signs)
@@ -112,7 +112,7 @@ def censi_covariance(result: _Result, range_std: float) -> FloatArray:
 
 def censi_information(result: _Result, range_std: float) -> FloatArray:
     """Information Ω, the inverse of `censi_covariance`: a free direction v has ``Ω @ v == 0``."""
-    covariance, seen, free = _measured(result, range_std)
+    covariance, seen, free = _covariance_and_bases(result, range_std)
     to_seen = np.linalg.inv(np.column_stack([seen, free]))[: seen.shape[1]]  # coordinates in `seen`
     covariance_seen = to_seen @ covariance @ to_seen.T
     return np.asarray(to_seen.T @ np.linalg.solve(covariance_seen, to_seen))
@@ -136,45 +136,97 @@ def fuse(
     return mean + covariance @ information @ difference, covariance
 
 
-def _measured(result: _Result, range_std: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+class _LinePairs(NamedTuple):
+    """The kept pairs that lie on a surface, in the target's frame."""
+
+    source: FloatArray  # R p + t [m], shape (N, 2)
+    arm: FloatArray  # R p: the source point as its scanner saw it, but for its heading [m], (N, 2)
+    target: FloatArray  # q [m], shape (N, 2)
+    target_index: IntArray  # row of q in the target, shape (N,)
+    normals: FloatArray  # n, at q, shape (N, 2)
+    weights: FloatArray  # w, shape (N,)
+    residuals: FloatArray  # r = n·(R p + t − q) [m], shape (N,)
+    slope: FloatArray  # ∂r/∂x: the rows (6.1) about the source's scanner, with ℓ = 1 m, (N, 3)
+
+
+def _covariance_and_bases(
+    result: _Result, range_std: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Covariance (6.4) in the directions that the pairs see, and the bases of `_split_motions`."""
     _check_result(result)
     range_std = check_range(range_std, "range_std", above=0.0, at_most=MAX_STD, unit="m")
     if np.isnan(result.T_target_source[0, 0]):
         raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
     seen, free = _split_motions(result)
-    x, y = result.T_target_source[:2, 2].tolist()  # the source's scanner
+    pairs = _line_pairs(result)
+    A = _hessian(pairs)
+    noise = _gradient_noise(pairs, range_std, len(result.target.points))
+    if result.parameters.metric == "point_to_point":
+        pull = _pull_along_surfaces(pairs, result.T_target_source)
+        noise += np.outer(pull, pull)
+    gain = seen @ np.linalg.inv(seen.T @ A @ seen) @ seen.T  # A⁻¹ in the seen directions
+    return gain @ noise @ gain.T, seen, free
+
+
+def _line_pairs(result: _Result) -> _LinePairs:
     pairs = result.correspondences
     normals = result.target.normals[pairs.target_index]
     used = pairs.kept & np.isfinite(normals[:, 0])
-    w, n, p, q = pairs.weights[used], normals[used], pairs.source[used], pairs.target[used]
-    r = line_residuals(p, q, n)
-    slope = line_rows(p, n, (x, y), 1.0)  # ∂r/∂x, the rows (6.1) about the scanner, ℓ = 1 m
-    arm = p - (x, y)  # R p
+    p = pairs.source[used]
+    q = pairs.target[used]
+    n = normals[used]
+    scanner = _position(result.T_target_source)
+    return _LinePairs(
+        source=p,
+        arm=p - scanner,
+        target=q,
+        target_index=pairs.target_index[used],
+        normals=n,
+        weights=pairs.weights[used],
+        residuals=line_residuals(p, q, n),
+        slope=line_rows(p, n, scanner, 1.0),
+    )
 
-    A, _ = normal_equations(slope, slope, r, w)
-    A[2, 2] -= np.sum(w * r * _dot(n, arm))  # ∂²r/∂ψ² = −n·R p
-    A *= 2.0
 
-    ray, target_ray = arm / _ranges(arm), q / _ranges(q)
-    along_ray, along_target_ray = _dot(n, ray), _dot(n, target_ray)  # ∂r/∂z, but for the sign
-    B_source = slope * along_ray[:, None]
-    B_source[:, 2] += r * _dot(n, _perpendicular(ray))
-    B_target = np.zeros((len(result.target.points), 3))
-    rows = pairs.target_index[used]  # one range of the target may serve many pairs
-    np.add.at(B_target, rows, -w[:, None] * slope * along_target_ray[:, None])
+def _position(T: FloatArray) -> tuple[float, float]:
+    """Where the scanner at pose T stands [m]."""
+    return float(T[0, 2]), float(T[1, 2])
+
+
+def _hessian(pairs: _LinePairs) -> FloatArray:
+    """A = ∂²J/∂x², shape (3, 3)."""
+    w, r = pairs.weights, pairs.residuals
+    A, _ = normal_equations(pairs.slope, pairs.slope, r, w)
+    A[2, 2] -= np.sum(w * r * _dot(pairs.normals, pairs.arm))  # ∂²r/∂ψ² = −n·R p
+    return 2.0 * A
+
+
+def _gradient_noise(pairs: _LinePairs, range_std: float, target_count: int) -> FloatArray:
+    """Covariance B cov(z) Bᵀ of the gradient ∂J/∂x by the noise of all ranges, shape (3, 3)."""
+    w, n, r = pairs.weights, pairs.normals, pairs.residuals
+    source_ray = pairs.arm / _ranges(pairs.arm)  # the beams, as unit vectors
+    target_ray = pairs.target / _ranges(pairs.target)
+    r_by_source_range = _dot(n, source_ray)  # ∂r/∂z
+    r_by_target_range = -_dot(n, target_ray)
+
+    B_source = pairs.slope * r_by_source_range[:, None]
+    B_source[:, 2] += r * _dot(n, _perpendicular(source_ray))
+    B_target = np.zeros((target_count, 3))  # one range of the target may serve many pairs
+    np.add.at(B_target, pairs.target_index, w[:, None] * pairs.slope * r_by_target_range[:, None])
     B = 2.0 * np.vstack([w[:, None] * B_source, B_target])
 
-    expected = range_std**2 * (w @ (along_ray**2 + along_target_ray**2))  # of Σ w r²
+    expected = range_std**2 * (w @ (r_by_source_range**2 + r_by_target_range**2))  # of Σ w r²
     roughness = (w @ r**2) / expected if expected > 0.0 else math.inf
-    noise = range_std**2 * max(1.0, roughness) * B.T @ B
-    if result.parameters.metric == "point_to_point":
-        tangents = _perpendicular(n)
-        along = line_rows(p, tangents, (x, y), 1.0)
-        _, pull = normal_equations(along, along, line_residuals(p, q, tangents), w)
-        noise += 4.0 * np.outer(pull, pull)
-    gain = seen @ np.linalg.inv(seen.T @ A @ seen) @ seen.T  # A⁻¹ in the seen directions
-    return gain @ noise @ gain.T, seen, free
+    return range_std**2 * max(1.0, roughness) * B.T @ B
+
+
+def _pull_along_surfaces(pairs: _LinePairs, T_target_source: FloatArray) -> FloatArray:
+    """Gradient of Σ w (τ·(R p + t − q))² with respect to x, where τ runs along the surface."""
+    tangents = _perpendicular(pairs.normals)
+    slope = line_rows(pairs.source, tangents, _position(T_target_source), 1.0)
+    residuals = line_residuals(pairs.source, pairs.target, tangents)
+    _, half_gradient = normal_equations(slope, slope, residuals, pairs.weights)
+    return 2.0 * half_gradient
 
 
 def _check_result(result: object) -> None:

@@ -19,7 +19,7 @@ from labkit.support.arrays import as_floats, check_kind
 from labkit.support.errors import DegenerateAlignmentError, InvalidPointsError
 from labkit.target import Target
 
-SHIFT = 0.1  # component ℓΔψ of a motion below which it is called a shift
+MAX_TURN_OF_SHIFT = 0.1  # component ℓΔψ of a motion below which it is called a shift
 
 
 def observability(
@@ -58,14 +58,16 @@ def free_motions(information: Information) -> tuple[str, ...]:
     """The motions that the points leave free, in words, in the target's frame [m]."""
     check_kind(information, "information", Information)
     return tuple(
-        _shift_in_words(x, y) if abs(turn) < SHIFT else _turn_in_words(information, x, y, turn)
+        _shift_in_words(x, y)
+        if abs(turn) < MAX_TURN_OF_SHIFT
+        else _turn_in_words(information, x, y, turn)
         for x, y, turn in information.free.T.tolist()
     )
 
 
 def _shift_in_words(x: float, y: float) -> str:
     """Say along which unit vector a shift goes; of v and −v the one that points right, or up."""
-    sign = math.copysign(1.0 / math.hypot(x, y), x if abs(x) > SHIFT else y)
+    sign = math.copysign(1.0 / math.hypot(x, y), x if abs(x) > MAX_TURN_OF_SHIFT else y)
     return f"shift along ({_metres(sign * x)}, {_metres(sign * y)})"
 
 

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.support.arrays import FloatArray, IntArray, as_points, read_only
+from labkit.scan import Scan, as_scan
+from labkit.support.arrays import FloatArray, IntArray, as_points
 from labkit.support.compiled import compiled
 
 CELLS_PER_POINT = 8  # walls fill few of the cells
@@ -43,8 +44,8 @@ class NearestNeighbors:
     (1, 0.5)
     """
 
-    def __init__(self, target: ArrayLike) -> None:
-        self.target = read_only(as_points(target, "target"))
+    def __init__(self, target: Scan | ArrayLike) -> None:
+        self.target = as_scan(target, "target", minimum=1).points
         self.grid = Grid(self.target, *sort_into_cells(self.target))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -201,7 +202,7 @@ def nearest(points: FloatArray, search: Search, reach: float) -> tuple[IntArray,
         row, second = search.candidates[i, 0], search.candidates[i, 1]
         square = squared(x, y, grid.points, row)
         second_square = squared(x, y, grid.points, second)
-        if second_square < square or (second_square == square and second < row):
+        if comes_before(second_square, second, square, row):
             row = second
             square = second_square
         moved = math.sqrt(squared(x, y, search.places, i))
@@ -245,11 +246,14 @@ def search_around(
     Returns the rows of both, the squared distance [m²] of the nearest, and the clearance [m]: no
     third point lies nearer than that. `known` [m²] is the squared distance of some target point,
     which the first circle reaches.
+
+    The search looks at all cells that a circle touches. If a point beyond them could still be the
+    nearest, it starts again with a wider circle.
     """
     radius = min(ROUNDING_MARGIN * math.sqrt(known), reach, 1.0 / grid.per_metre)
     while True:
-        first_row, second_row = 0, 0
-        first, second, third = math.inf, math.inf, math.inf  # smallest squared distances [m²]
+        nearest_row, second_row = 0, 0
+        nearest_square, second_square, third_square = math.inf, math.inf, math.inf  # [m²]
         block = cells_around(x, y, radius, grid)
         left, right, low, high = block
         for line in range(low, high + 1):
@@ -257,20 +261,28 @@ def search_around(
             end = grid.start[line * grid.columns + right + 1]
             for k in range(begin, end):
                 square = squared(x, y, grid.entries, k)
-                if square <= third:
-                    row = grid.rows[k]
-                    if square < first or (square == first and row < first_row):
-                        first_row, second_row = row, first_row
-                        first, second, third = square, first, second
-                    elif square < second:
-                        second_row = row
-                        second, third = square, second
-                    else:
-                        third = square
-        searched = radius_within(x, y, block, grid)  # [m]: all points nearer were looked at
-        if first <= searched * searched or radius >= reach:
-            return first_row, second_row, first, min(searched, math.sqrt(third))
-        radius = min(2.0 * radius, reach, ROUNDING_MARGIN * math.sqrt(first))
+                if square > third_square:
+                    continue
+                row = grid.rows[k]
+                if comes_before(square, row, nearest_square, nearest_row):
+                    third_square = second_square
+                    second_square, second_row = nearest_square, nearest_row
+                    nearest_square, nearest_row = square, row
+                elif square < second_square:
+                    third_square = second_square
+                    second_square, second_row = square, row
+                else:
+                    third_square = square
+        seen = radius_within(x, y, block, grid)  # [m]: every point nearer than that was looked at
+        if nearest_square <= seen * seen or radius >= reach:
+            return nearest_row, second_row, nearest_square, min(seen, math.sqrt(third_square))
+        radius = min(2.0 * radius, reach, ROUNDING_MARGIN * math.sqrt(nearest_square))
+
+
+@compiled
+def comes_before(square: float, row: int, other_square: float, other_row: int) -> bool:
+    """True if a point is nearer than another one, or as near and of a smaller row."""
+    return square < other_square or (square == other_square and row < other_row)
 
 
 @compiled
@@ -281,37 +293,48 @@ def neighbors_of(
 
     Fills `rows` with as many as it has place for, the nearest first, and `squares` with their
     squared distances [m²]. The first circle has this `radius` [m], or a cell's side if that is
-    more.
+    more; the circle grows until it holds enough points.
     """
     size = len(rows)
     radius = min(reach, max(radius, 1.0 / grid.per_metre))
     while True:
         count = 0
-        limit = radius * radius
+        limit = radius * radius  # [m²]: points farther away are passed over
         left, right, low, high = cells_around(x, y, radius, grid)
         for line in range(low, high + 1):
             begin = grid.start[line * grid.columns + left]
             end = grid.start[line * grid.columns + right + 1]
             for k in range(begin, end):
                 square = squared(x, y, grid.entries, k)
-                row = grid.rows[k]
-                if square > limit or (count == size and square == limit and row > rows[-1]):
-                    continue
-                count = min(count + 1, size)
-                j = count - 1
-                while j > 0 and (
-                    squares[j - 1] > square or (squares[j - 1] == square and rows[j - 1] > row)
-                ):
-                    rows[j] = rows[j - 1]
-                    squares[j] = squares[j - 1]
-                    j -= 1
-                rows[j] = row
-                squares[j] = square
-                if count == size:
-                    limit = squares[-1]
+                if square <= limit:
+                    count = insert_neighbor(square, grid.rows[k], rows, squares, count)
+                    if count == size:
+                        limit = squares[-1]
         if count == size or radius >= reach:
             return count
         radius = min(2.0 * radius, reach)
+
+
+@compiled
+def insert_neighbor(
+    square: float, row: int, rows: IntArray, squares: FloatArray, count: int
+) -> int:
+    """Insert a point among the `count` nearest so far, in their order; return how many they are.
+
+    Where all places are taken, the last point drops out, or the new one if it comes behind.
+    """
+    if count < len(rows):
+        count += 1
+    elif not comes_before(square, row, squares[-1], rows[-1]):
+        return count
+    j = count - 1
+    while j > 0 and comes_before(square, row, squares[j - 1], rows[j - 1]):
+        squares[j] = squares[j - 1]
+        rows[j] = rows[j - 1]
+        j -= 1
+    squares[j] = square
+    rows[j] = row
+    return count
 
 
 @compiled

@@ -54,7 +54,7 @@ def estimate_normals(scan: Scan | ArrayLike, grid: Grid | None = None) -> FloatA
         return np.full((len(scan), 2), np.nan)
     if scan.beams is not None:
         return normals_along_sweep(scan.points)
-    return normals_in_space(grid or NearestNeighbors(scan.points).grid)
+    return normals_in_space(grid or NearestNeighbors(scan).grid)
 
 
 @compiled
@@ -65,17 +65,21 @@ def normals_along_sweep(points: FloatArray) -> FloatArray:
     """
     count = len(points)
     middle = points[count // 2]  # small numbers round less
-    sums = [EMPTY_SUMS]  # entry i: of the points before point i
+    running = [EMPTY_SUMS]  # entry i: the sums of the points before point i
     for i in range(count):
-        sums.append(add_point(sums[i], points[i, 0] - middle[0], points[i, 1] - middle[1]))
-    rounding = 64.0 * EPSILON * (sums[count][2] + sums[count][4])  # [m²]
+        x = points[i, 0] - middle[0]
+        y = points[i, 1] - middle[1]
+        running.append(add_point(running[i], x, y))
+    _, _, squares_x, _, squares_y = running[count]
+    rounding = 64.0 * EPSILON * (squares_x + squares_y)  # [m²]
 
     start, stop = windows_along_sweep(points)
     normals = np.empty((count, 2))
     for i in range(count):
-        window = subtract_sums(sums[stop[i]], sums[start[i]])
+        window = subtract_sums(running[stop[i]], running[start[i]])
+        size = stop[i] - start[i]
         point = points[i, 0], points[i, 1]
-        normals[i, 0], normals[i, 1] = normal_of(window, stop[i] - start[i], rounding, point)
+        normals[i, 0], normals[i, 1] = normal_of(window, size, rounding, point)
     return normals
 
 

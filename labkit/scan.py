@@ -103,11 +103,12 @@ class Scan:
         r = _as_beam_values(ranges, "ranges")
         alpha = _as_beam_values(angles, "angles")
         _expect_alike(r, alpha)
-        beams = np.flatnonzero((r > range_min) & (r < min(range_max, LONGEST_RANGE)))
+        beams = np.flatnonzero(is_return(r, range_min, range_max))
         if len(beams) == len(r):
             beams = _all_beams(len(r))
-        direction = np.column_stack([np.cos(alpha[beams]), np.sin(alpha[beams])])
-        points = r[beams, None] * direction
+        points = np.empty((len(beams), 2))
+        points[:, 0] = r[beams] * np.cos(alpha[beams])
+        points[:, 1] = r[beams] * np.sin(alpha[beams])
         scan = object.__new__(cls)  # without a second look at parts that are checked by now
         vars(scan).update(
             points=read_only(points),
@@ -141,6 +142,11 @@ class Scan:
         kept = _as_selection(kept, len(self))
         beams = None if self.beams is None else self.beams[kept]
         return replace(self, points=self.points[kept], beams=beams)
+
+
+def is_return(ranges: FloatArray, range_min: float, range_max: float) -> BoolArray:
+    """Mask of the ranges [m] that make a point: strictly within the band, and no code."""
+    return (ranges > range_min) & (ranges < min(range_max, LONGEST_RANGE))
 
 
 def _as_selection(kept: BoolArray | IntArray, count: int) -> BoolArray | IntArray:

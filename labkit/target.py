@@ -14,7 +14,7 @@ from labkit.parameters import IcpParameters
 from labkit.scan import Scan, as_scan
 from labkit.support.arrays import FloatArray, as_normals, read_only
 
-NONE = read_only(np.empty((0, 2)))
+NO_NORMALS = read_only(np.empty((0, 2)))
 
 
 class Target:
@@ -55,7 +55,7 @@ class Target:
     @cached_property
     def search(self) -> NearestNeighbors:
         """The nearest-neighbour search among the points."""
-        return NearestNeighbors(self.points)
+        return NearestNeighbors(self.scan)
 
     @cached_property
     def normals(self) -> FloatArray:
@@ -66,7 +66,7 @@ class Target:
 
     def normals_for(self, parameters: IcpParameters) -> FloatArray:
         """The normals that the loop needs: those of all points, or none under point-to-point."""
-        return self.normals if parameters.metric == "point_to_line" else NONE
+        return self.normals if parameters.metric == "point_to_line" else NO_NORMALS
 
 
 def as_target(target: Target | Scan | ArrayLike) -> Target:

@@ -12,7 +12,7 @@ from labkit import alignment
 from labkit.evaluation.pose_errors import PoseErrors, as_trajectories, pose_differences
 from labkit.se2 import invert, matrices_of, relative
 from labkit.support.arrays import (
-    FARTHEST,
+    MAX_DISTANCE,
     FloatArray,
     IntArray,
     check_choice,
@@ -122,7 +122,7 @@ def rpe(
         start = np.arange(len(rows) - int(delta))
         pairs = np.column_stack([start, start + int(delta)])
     else:
-        check_range(delta, "delta", above=0.0, at_most=FARTHEST, unit="m")
+        check_range(delta, "delta", above=0.0, at_most=MAX_DISTANCE, unit="m")
         pairs = _pairs_by_path(rows_reference, float(delta))
     T_estimate = matrices_of(rows)
     T_reference = matrices_of(rows_reference)
@@ -154,7 +154,7 @@ def compare(
     (['wheels, RPE a step', 'wheels, RPE over 10 m', 'wheels, ATE'], 0.1)
     """
     check_kind(trajectories, "trajectories", Mapping)
-    check_range(stretch, "stretch", above=0.0, at_most=FARTHEST, unit="m")
+    check_range(stretch, "stretch", above=0.0, at_most=MAX_DISTANCE, unit="m")
     over_steps, over_stretches, absolute = {}, {}, {}
     for name, poses in trajectories.items():
         over_steps[f"{name}, RPE a step"] = rpe(poses, reference)

@@ -21,7 +21,7 @@ CONSTANTS = {  # by the module that defines them
     alignment: "RELATIVE_RESOLUTION",
     correspondences: "MIN_PAIRS",
     line_alignment: "MIN_INFORMATION STEADY_SHARE STEADY_INFORMATION BUT_FOR_ROUNDING",
-    degeneracy: "SHIFT",
+    degeneracy: "MAX_TURN_OF_SHIFT",
     schedule: "LONG_STEP DELTA_PER_MEDIAN GATE_PER_DELTA POINT_SHARE COARSE_POINTS",
     normals: "HALF_WIDTH HALF_BEAMS MAX_NEIGHBOR_DISTANCE GAP_RATIO GAP_FLOOR LINEARITY "
     "MIN_ON_LINE",

@@ -43,8 +43,8 @@ G2O_WORDS = frozenset({"VERTEX_SE2", "EDGE_SE2"})
 CARMEN_WORDS = frozenset({"FLASER", "ROBOTLASER1", "ODOM", "PARAM", "NEFF", "TRUEPOS", "RAWLASER1"})
 
 FLASER_MAXIMUM = 81.8  # [m]
-SAME_PLACE = 0.1  # [m, rad]: largest difference of two lines that tell one mounting
-PRINTED = 1e-4  # [m, rad]: difference of two poses by their printed decimals alone
+MAX_MOUNT_DIFFERENCE = 0.1  # [m, rad]: largest difference of two lines that tell one mounting
+PRINTED_PRECISION = 1e-4  # [m, rad]: difference of two poses by their printed decimals alone
 
 
 def read_laser_lines(
@@ -90,8 +90,8 @@ def scanner_trajectories(
     cosine, sine = np.median(np.cos(theta)), np.median(np.sin(theta))  # where ±π are one
     mount = np.array([np.median(x), np.median(y), np.arctan2(sine, cosine)])
     differences = np.abs(to_xytheta(relative(matrices_of(mount), matrices_of(mounts))))
-    is_rigid = _largest_usual(differences.max(axis=1)) <= SAME_PLACE
-    is_declared = is_rigid and bool(np.abs(mount).max() > PRINTED)
+    is_rigid = _largest_usual(differences.max(axis=1)) <= MAX_MOUNT_DIFFERENCE
+    is_declared = is_rigid and bool(np.abs(mount).max() > PRINTED_PRECISION)
     if is_declared and laser_offset.any():
         raise LogError(
             f"{file}: the log itself says where the scanner sits on the robot, at "
@@ -101,7 +101,7 @@ def scanner_trajectories(
     vertices = np.array([sweep.vertex for sweep in sweeps if sweep.vertex is not None])
     if len(vertices):
         gaps = np.abs(to_xytheta(relative(matrices_of(vertices), matrices_of(robot))))
-        is_repeated = _largest_usual(gaps.max(axis=1)) <= PRINTED
+        is_repeated = _largest_usual(gaps.max(axis=1)) <= PRINTED_PRECISION
         return None if is_repeated else scanner_poses(robot, offset), scanner_poses(
             vertices, offset
         )

@@ -15,13 +15,14 @@ from collections.abc import Iterator, Sequence
 from typing import cast
 
 from labkit.logs.log import SkippedLine
-from labkit.support.arrays import FARTHEST, check_kind
+from labkit.support.arrays import MAX_DISTANCE, check_kind
 from labkit.support.errors import LabkitError, LogError
 
 MAX_BYTES = 512 << 20  # of a file, unpacked: a small packed one must not fill the memory
 ZSTD = b"\x28\xb5\x2f\xfd"
 TAR, TAR_PLACE, TAR_BLOCK = b"ustar", 257, 512  # its mark, where it stands, and in how many bytes
-MUCH = 0.1  # share of damaged lines that is told
+MAX_SILENT_DAMAGE = 0.1  # share of damaged lines; a larger one is remarked on
+QUATERNION_TOLERANCE = 1e-3  # its length differs from 1 by its printed digits, no more
 MAX_REASON = 180  # characters: with the file's name it stays a message that a terminal shows
 
 
@@ -57,7 +58,7 @@ class DamageReport:
         """The remarks, and one for each oddity of scans and for many damaged lines."""
         counted = [f"{count} scans {oddity}" for oddity, count in self._oddities.items()]
         damaged = len(self.skipped)
-        if damaged > MUCH * (scan_count + damaged):
+        if damaged > MAX_SILENT_DAMAGE * (scan_count + damaged):
             counted.append(
                 f"{damaged} damaged lines are left out, and {scan_count} scans are read: what is "
                 f"missing between two scans counts as one step"
@@ -195,9 +196,9 @@ def parse_count(fields: Sequence[str], index: int, what: str, at_least: int) -> 
 
 
 def expect_near(x: float, y: float, what: str) -> None:
-    """Raise `DamagedLine` for a place beyond `FARTHEST`."""
-    if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST):
-        raise DamagedLine(f"{what} is ({x:g}, {y:g}), expected to lie within {FARTHEST:g} m")
+    """Raise `DamagedLine` for a place beyond `MAX_DISTANCE`."""
+    if not (abs(x) <= MAX_DISTANCE and abs(y) <= MAX_DISTANCE):
+        raise DamagedLine(f"{what} is ({x:g}, {y:g}), expected to lie within {MAX_DISTANCE:g} m")
 
 
 def expect_fields(fields: Sequence[str], expected: int, what: str) -> None:

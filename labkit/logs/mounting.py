@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from labkit.logs.lines import DamagedLine
+from labkit.logs.lines import QUATERNION_TOLERANCE, DamagedLine
 from labkit.support.arrays import FloatArray
 
-UNIT = 1e-3  # a quaternion's length differs from 1 by its digits, no more
-MOST_LEAN = math.radians(30.0)  # of a scanner whose scans are taken as level
-SHOWN = 1e-4  # [m, rad]: a place that differs less from the robot's own is none
+MAX_LEAN = math.radians(30.0)  # of a scanner whose scans are taken as level
+MIN_OFFSET = 1e-4  # [m, rad]: a place that differs less from the robot's own is none
 
 
 class Transform(NamedTuple):
@@ -34,8 +33,8 @@ class Mounting(NamedTuple):
     @property
     def is_told(self) -> bool:
         """True if the place differs from the robot's own."""
-        is_turned = self.is_upside_down or self.lean > MOST_LEAN
-        return is_turned or bool(np.abs(self.offset).max() > SHOWN)
+        is_turned = self.is_upside_down or self.lean > MAX_LEAN
+        return is_turned or bool(np.abs(self.offset).max() > MIN_OFFSET)
 
 
 def read_transforms(message: Any) -> Iterable[tuple[str, Transform]]:
@@ -54,12 +53,12 @@ def read_transforms(message: Any) -> Iterable[tuple[str, Transform]]:
 
 def _rotation(quaternion: FloatArray, frame: str) -> FloatArray:
     """Rotation (3, 3) by a quaternion (x, y, z, w)."""
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415 (few logs need it)
+
     length = float(np.linalg.norm(quaternion))
-    if not abs(length - 1.0) <= UNIT:
+    if not abs(length - 1.0) <= QUATERNION_TOLERANCE:
         raise DamagedLine(f"the quaternion of the frame {frame!r} has length {length:.4g}")
-    x, y, z, w = quaternion / length
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross)
+    return np.asarray(Rotation.from_quat(quaternion).as_matrix())
 
 
 def find_mounting(laser: str, robot: str, transforms: Mapping[str, Transform]) -> Mounting | None:

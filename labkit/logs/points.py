@@ -26,7 +26,7 @@ from labkit.logs.lines import (
     parse_numbers,
 )
 from labkit.logs.scanner import Scanner
-from labkit.logs.sweeps import MILLIMETRES, Sweep
+from labkit.logs.sweeps import MAX_USUAL_RANGE, Sweep
 from labkit.scan import check_angles
 from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.errors import InvalidParameterError, LogError
@@ -205,7 +205,7 @@ def _suspect_millimetres(points: FloatArray, report: DamageReport) -> None:
     if not len(points):
         return
     extent = float(np.median(np.hypot(*(points - np.median(points, axis=0)).T)))
-    if extent > MILLIMETRES:
+    if extent > MAX_USUAL_RANGE:
         report.remarks.append(
             f"half of the points lie more than {extent:.4g} m from their middle: are they "
             f"millimetres? labkit reads metres"

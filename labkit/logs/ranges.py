@@ -36,7 +36,7 @@ from labkit.support.arrays import FloatArray
 from labkit.support.errors import InvalidParameterError, LogError
 
 FEWEST_BEAMS = 4
-UNEVEN = 0.5  # of a step: directions may be rounded
+MAX_UNEVENNESS = 0.5  # of a step: directions may be rounded
 FEWEST_POSITIVE = 30  # beams: the ranges of so many hardly ever run evenly, even along a wall
 FIRST_ROWS = 50  # tell whether rows end in a comma, and whether the first column rises
 GEOMETRY = ("angle_min", "angle_max", "angle_increment")
@@ -188,7 +188,7 @@ def _runs_evenly(numbers: FloatArray) -> bool:
         return False
     even = np.linspace(numbers[0], numbers[-1], len(numbers))
     step = abs(even[1] - even[0])
-    return bool((np.abs(numbers - even) <= UNEVEN * step).all())
+    return bool((np.abs(numbers - even) <= MAX_UNEVENNESS * step).all())
 
 
 def _expect_directions(

@@ -51,7 +51,7 @@ FOREIGN = {  # beginnings of files that others write, and the way out
     "[": "does a list go on in the next line? write each scan in a row of its own",
 }
 KILLIAN = "killian"  # the built-in run: MIT Killian Court, 3,873 scans over 1.9 km
-HEAD = 1000  # lines that tell the format
+HEAD_LINES = 1000  # lines that tell the format
 OF_TEXT = ("angles", "no_return", "laser_offset", "time_increment")
 USABLE = {  # arguments that not every format can use
     "ros": (*OF_TEXT, "topic", "odometry_topic"),
@@ -231,7 +231,7 @@ def _read_file(
         _refuse_unusable(given, "ranges", report.file)
         return "ranges", list(part(progress(read_array_file(file, report, scanner))))
     lines = iter(progress(read_lines(report)))
-    head = list(islice(lines, HEAD))
+    head = list(islice(lines, HEAD_LINES))
     format, columns, begin = _format([text for _, text in head], report.file)
     is_polar = format == "points" and coordinates_of(columns) == POLAR
     _refuse_unusable(given, "polar" if is_polar else format, report.file)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from labkit.logs.lines import DamagedLine, DamageReport, expect_near, shorten
-from labkit.logs.mounting import MOST_LEAN, Mounting, Transform, find_mounting, read_transforms
+from labkit.logs.mounting import MAX_LEAN, Mounting, Transform, find_mounting, read_transforms
 from labkit.logs.scanner import Scanner
 from labkit.logs.sweeps import Sweep
 from labkit.logs.trajectories import planar_heading
@@ -112,7 +112,7 @@ def _mounting(bag: Bag, scans: Topic, wheel: Topic | None, report: DamageReport)
     place = ", ".join(f"{value:.4g}" for value in mounting.offset)
     told = f"/{FIXED} tells that the scanner sits at ({place}) (m, m, rad){hangs} on the frame "
     told += f"{mounting.robot!r}"
-    if mounting.lean > MOST_LEAN:
+    if mounting.lean > MAX_LEAN:
         report.remarks.append(
             f"{told} and leans by {np.degrees(mounting.lean):.0f} degrees: its place is left aside"
         )

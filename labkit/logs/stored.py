@@ -12,7 +12,7 @@ from typing import overload
 
 import numpy as np
 
-from labkit.scan import LONGEST_RANGE, Scan
+from labkit.scan import Scan, is_return
 from labkit.support.arrays import BoolArray, FloatArray
 
 Band = tuple[float, float]
@@ -43,9 +43,7 @@ class StoredScan:
 
     def measured_ranges(self) -> FloatArray:
         """Ranges that make a point, codes included."""
-        low, high = self.band
-        is_within = (self.ranges > low) & (self.ranges < min(high, LONGEST_RANGE))
-        return self.ranges[is_within]
+        return self.ranges[is_return(self.ranges, *self.band)]
 
     def make(self) -> Scan:
         """The scan with its points."""

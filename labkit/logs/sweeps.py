@@ -24,21 +24,23 @@ from labkit.support.arrays import FloatArray, as_floats
 from labkit.support.errors import InvalidParameterError
 
 Pose = tuple[float, float, float]
-ROUNDED = 0.005  # [m]: the third decimal of a code may be lost
-KNOWN: tuple[Band, ...] = (  # [m]
+CODE_ROUNDING = 0.005  # [m]: the third decimal of a code may be lost
+KNOWN_CODES: tuple[Band, ...] = (  # [m]
     (50.0, 52.0),  # of the Killian and ACES logs
     *(
-        (((1 << bits) - 9) * unit - ROUNDED, ((1 << bits) - 1) * unit + ROUNDED)
+        (((1 << bits) - 9) * unit - CODE_ROUNDING, ((1 << bits) - 1) * unit + CODE_ROUNDING)
         for unit in (0.01, 0.001)
         for bits in (13, 14, 15, 16)
     ),
 )
-SAME = 0.0015  # [m]: difference of one number printed in two ways
-MANY, SOME = 0.01, 100  # share and number of ranges that end in one number, as a code would
-SCATTER, MANY_NEAR = 0.015, 0.2  # of the longest range, a code that scatters; its share
-LONGEST_SWEEP = 1.5  # steps of the clock: a scanner begins no sweep before it ends the last
-BATCH = 512  # scans whose ranges are looked at together
-MILLIMETRES = 100.0  # [m]: hardly a range in metres is longer, and none in millimetres shorter
+CODE_PRECISION = 0.0015  # [m]: difference of one code printed in two ways
+MIN_CODE_SHARE = 0.01  # of all ranges that end in one number, as a code would
+MIN_CODE_COUNT = 100  # and at least so many of them
+CODE_SCATTER = 0.015  # of the longest range, by which a code may scatter below it
+MIN_SCATTERED_SHARE = 0.2  # of all ranges that lie so near to the longest
+MAX_SWEEP_STEPS = 1.5  # steps of the clock: a scanner begins no sweep before it ends the last
+BATCH_SIZE = 512  # scans whose ranges are looked at together
+MAX_USUAL_RANGE = 100.0  # [m]: hardly a range in metres is longer, and none in millimetres shorter
 
 
 class Sweep(NamedTuple):
@@ -82,8 +84,8 @@ def _scans_of_ranges(sweeps: Sequence[Sweep]) -> list[StoredScan]:
 def _batches(sweeps: Sequence[Sweep], *, measured: bool) -> Iterator[FloatArray]:
     """Ranges of the scans that have beams, or of their points alone, some hundred scans at once."""
     scans = _scans_of_ranges(sweeps)
-    for k in range(0, len(scans), BATCH):
-        batch = scans[k : k + BATCH]
+    for k in range(0, len(scans), BATCH_SIZE):
+        batch = scans[k : k + BATCH_SIZE]
         yield np.concatenate(
             [scan.measured_ranges() if measured else scan.ranges for scan in batch]
         )
@@ -94,10 +96,10 @@ def _suspect_millimetres(sweeps: Sequence[Sweep], report: DamageReport) -> None:
     for ranges in _batches(sweeps, measured=False):
         positive = ranges[(ranges > 0.0) & (ranges < LONGEST_RANGE)]
         returned += positive.size
-        short += int(np.count_nonzero(positive <= MILLIMETRES))
+        short += int(np.count_nonzero(positive <= MAX_USUAL_RANGE))
     if returned and short < 0.1 * returned:
         report.remarks.append(
-            f"nearly all ranges exceed {MILLIMETRES:g} m: are they millimetres? labkit reads "
+            f"nearly all ranges exceed {MAX_USUAL_RANGE:g} m: are they millimetres? labkit reads "
             f"metres, unless a title says `ranges_mm` or `r0_mm`"
         )
 
@@ -133,7 +135,7 @@ def _sweeps_outlast_steps(
     longest = max((scan.time_increment * len(scan.ranges) for scan in scans), default=0)
     steps = np.abs(np.diff(stamps))
     step = float(np.median(steps)) if steps.size else math.nan
-    if not longest > LONGEST_SWEEP * step > 0.0:
+    if not longest > MAX_SWEEP_STEPS * step > 0.0:
         return False
     report.remarks.append(
         f"a sweep takes {longest:.3g} s by its time between beams, and {step:.3g} s pass from scan "
@@ -145,7 +147,7 @@ def _sweeps_outlast_steps(
 def _find_codes(sweeps: Sequence[Sweep], report: DamageReport) -> tuple[Band, ...]:
     """The known code with which the ranges of a log end; a remark on it, or on an unknown one."""
     top = max((ranges.max(initial=0.0) for ranges in _batches(sweeps, measured=True)), default=0.0)
-    codes = tuple(band for band in KNOWN if band[0] <= top <= band[1])
+    codes = tuple(band for band in KNOWN_CODES if band[0] <= top <= band[1])
     size = coded = at_top = near_top = 0
     lowest = top
     for ranges in _batches(sweeps, measured=True):
@@ -153,8 +155,8 @@ def _find_codes(sweeps: Sequence[Sweep], report: DamageReport) -> tuple[Band, ..
         known = ranges[within(ranges, codes)]
         coded += known.size
         lowest = min(lowest, known.min(initial=top))
-        at_top += int(np.count_nonzero(ranges > top - SAME))
-        near_top += int(np.count_nonzero(ranges > (1.0 - SCATTER) * top))
+        at_top += int(np.count_nonzero(ranges > top - CODE_PRECISION))
+        near_top += int(np.count_nonzero(ranges > (1.0 - CODE_SCATTER) * top))
     if codes:
         ends = dict.fromkeys((lowest, top))  # one, if equal
         report.remarks.append(
@@ -162,13 +164,13 @@ def _find_codes(sweeps: Sequence[Sweep], report: DamageReport) -> tuple[Band, ..
             f"{' to '.join(f'{end:g}' for end in ends)} m: codes for no return, they make no "
             f"point; `no_return` (`--no-return`) names others, or none"
         )
-    elif near_top > MANY_NEAR * size and near_top > 2 * at_top:
+    elif near_top > MIN_SCATTERED_SHARE * size and near_top > 2 * at_top:
         report.remarks.append(
-            f"{near_top} of {size} ranges read {(1.0 - SCATTER) * top:.4g} to {top:g} m, the "
+            f"{near_top} of {size} ranges read {(1.0 - CODE_SCATTER) * top:.4g} to {top:g} m, the "
             f"longest of all; if that means no return, end the ranges below by `range_max` "
-            f"(`--range-max {0.99 * (1.0 - SCATTER) * top:.4g}`)"
+            f"(`--range-max {0.99 * (1.0 - CODE_SCATTER) * top:.4g}`)"
         )
-    elif at_top > max(SOME, MANY * size):
+    elif at_top > max(MIN_CODE_COUNT, MIN_CODE_SHARE * size):
         report.remarks.append(
             f"{at_top} of {size} ranges read {top:g} m, the longest of all; if that means no "
             f"return, name it as `no_return` (`--no-return`), or where it scatters end the ranges "
@@ -184,4 +186,4 @@ def _as_codes(no_return: ArrayLike) -> tuple[Band, ...]:
         raise InvalidParameterError(
             f"`no_return` must be positive ranges in metres, or () for none, got {no_return!r}"
         )
-    return tuple((code - SAME, code + SAME) for code in codes.tolist())
+    return tuple((code - CODE_PRECISION, code + CODE_PRECISION) for code in codes.tolist())

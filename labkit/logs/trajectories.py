@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from labkit.logs.columns import split_row
 from labkit.logs.lines import (
+    QUATERNION_TOLERANCE,
     DamagedLine,
     DamageReport,
     expect_fields,
@@ -26,10 +27,9 @@ from labkit.support.errors import InvalidPointsError, LogError
 from labkit.support.files import atomic_write
 
 TUM = "timestamp tx ty tz qx qy qz qw"
-BESIDE = 0.1  # [s] for which a pose is held, before a silence and after it
-SILENCE = 2.0  # [s]: between two poses farther apart nobody knows the way
-UNIT = 1e-3  # a quaternion's length differs from 1 by its digits, no more
-LEAN = 0.25  # sine of half the angle by which a robot on the floor may lean, 29 degrees
+MAX_HOLD = 0.1  # [s]: a scan this near in time to a pose takes it, whatever lies on its other side
+MAX_GAP = 2.0  # [s]: between two poses farther apart nobody knows the way
+MAX_LEAN_SINE = 0.25  # sine of half the angle by which a robot on the floor may lean, 29 degrees
 
 
 def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike) -> None:
@@ -99,9 +99,9 @@ def _parse_tum(fields: Sequence[str]) -> tuple[float, float, float, float]:
 def planar_heading(qx: float, qy: float, qz: float, qw: float) -> float:
     """θ in (−π, π] of a unit quaternion that hardly leans; `DamagedLine` if it is none."""
     norm = math.hypot(qx, qy, qz, qw)
-    if not abs(norm - 1.0) <= UNIT:
+    if not abs(norm - 1.0) <= QUATERNION_TOLERANCE:
         raise DamagedLine(f"the quaternion has length {norm:.4g}, expected 1 (order qx qy qz qw)")
-    if math.hypot(qx, qy) > LEAN:
+    if math.hypot(qx, qy) > MAX_LEAN_SINE:
         raise DamagedLine(f"a rotation out of the plane, qx = {qx:g} and qy = {qy:g}, expected 0")
     sine = 2.0 * (qw * qz + qx * qy)
     cosine = qw * qw + qx * qx - qy * qy - qz * qz
@@ -132,12 +132,12 @@ def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> 
     bounds = np.array([-np.inf, *known, np.inf])
     k = np.searchsorted(known, t)
     before, after = bounds[k], bounds[k + 1]
-    is_near = np.minimum(t - before, after - t) <= BESIDE
-    has_pose = is_near | (after - before <= SILENCE)
+    is_near = np.minimum(t - before, after - t) <= MAX_HOLD
+    has_pose = is_near | (after - before <= MAX_GAP)
     if np.count_nonzero(has_pose) < min(len(t), 2):
         raise InvalidPointsError(
             f"`stamps` must lie within `times`, {known[0]:.10g} to {known[-1]:.10g} s and at most "
-            f"{SILENCE:g} s apart, got {t.min():.10g} to {t.max():.10g} s; bring both to one "
+            f"{MAX_GAP:g} s apart, got {t.min():.10g} to {t.max():.10g} s; bring both to one "
             f"clock, in seconds"
         )
     theta = np.interp(t, known, np.unwrap(rows[:, 2]))
@@ -169,13 +169,13 @@ def scanner_track(
         return track, remarks
     return track, [
         f"{np.count_nonzero(~has_pose)} of {len(has_pose)} scans have no odometry, the first at "
-        f"{stamps[~has_pose][0]:.10g} s: it is silent there for longer than {SILENCE:g} s"
+        f"{stamps[~has_pose][0]:.10g} s: it is silent there for longer than {MAX_GAP:g} s"
     ]
 
 
 def _overlaps(times: FloatArray) -> list[tuple[float, float]]:
     """Stretches of time that come twice, where a clock jumps back; a swap of two rows is none."""
-    jumps = np.flatnonzero(np.diff(times) < -BESIDE) + 1
+    jumps = np.flatnonzero(np.diff(times) < -MAX_HOLD) + 1
     epochs = np.split(times, jumps)
     overlaps = []
     for one, other in combinations(epochs, 2):

@@ -12,7 +12,7 @@ from labkit.scan import Scan
 from labkit.se2 import matrices_of, relative, to_xytheta
 from labkit.simulation.world import World
 from labkit.support.arrays import (
-    FARTHEST,
+    MAX_DISTANCE,
     FloatArray,
     as_generator,
     as_pose,
@@ -67,9 +67,9 @@ class Lidar:
         check_count(self.beam_count, "beam_count", at_least=2, at_most=MAX_BEAM_COUNT)
         turn = 2.0 * math.pi
         check_range(self.field_of_view, "field_of_view", above=0.0, at_most=turn, unit="rad")
-        check_range(self.range_min, "range_min", at_least=0.0, at_most=FARTHEST, unit="m")
+        check_range(self.range_min, "range_min", at_least=0.0, at_most=MAX_DISTANCE, unit="m")
         check_range(self.range_max, "range_max", above=self.range_min, unit="m")
-        most_noise = min(self.range_max, FARTHEST)
+        most_noise = min(self.range_max, MAX_DISTANCE)
         check_range(self.noise_std, "noise_std", at_least=0.0, at_most=most_noise, unit="m")
         check_range(self.dropout_ratio, "dropout_ratio", at_least=0.0, at_most=1.0)
 
@@ -194,24 +194,35 @@ def scan_along(
 def first_hits(segments: FloatArray, T_world_scanner: FloatArray, angles: FloatArray) -> FloatArray:
     """Distance [m] along each of B beams to the nearest of M segments; infinite without one.
 
-    The end points of a segment lie `along` the beam and `across` it, to the left. If they lie on
-    either side of the beam, the segment crosses it where `across`, interpolated, is zero. One
-    comparison per end point decides its side, so two segments that share an end leave no gap
-    between them. A segment that is exactly edge-on is not hit.
+    A beam hits a segment from a to b if these lie on either side of it. One comparison decides the
+    side of an end point, so two segments that share an end leave no gap between them, and a segment
+    that is exactly edge-on is not hit.
     """
-    x, y, heading = to_xytheta(T_world_scanner).T
-    beam_x = np.cos(heading + angles)[:, None]
-    beam_y = np.sin(heading + angles)[:, None]
-    # (2, 1, M): first ends, second ends; (2, B, M) where each beam has a pose of its own
-    ends_x = segments[..., 0].T[:, None, :] - x[..., None]
-    ends_y = segments[..., 1].T[:, None, :] - y[..., None]
-    along = beam_x * ends_x + beam_y * ends_y  # (2, B, M)
-    across = beam_x * ends_y - beam_y * ends_x
-    beam, segment = np.nonzero((across[0] < 0.0) != (across[1] < 0.0))
-    along_a, along_b = along[:, beam, segment]
-    across_a, across_b = across[:, beam, segment]
-    distance = along_a + across_a / (across_a - across_b) * (along_b - along_a)
+    x, y, heading = to_xytheta(T_world_scanner).T  # (B,) where each beam has a pose of its own
+    scanner = np.stack([x, y], axis=-1)
+    directions = heading + angles
+    along_a, across_a = _in_beam_axes(segments[:, 0], scanner, directions)
+    along_b, across_b = _in_beam_axes(segments[:, 1], scanner, directions)
+    beam, segment = np.nonzero((across_a < 0.0) != (across_b < 0.0))
+
+    a, b = across_a[beam, segment], across_b[beam, segment]
+    start, end = along_a[beam, segment], along_b[beam, segment]
+    distance = start + a / (a - b) * (end - start)  # where `across`, interpolated, is zero
     ranges = np.full(len(angles), np.inf)
-    ahead = distance >= 0.0
-    np.minimum.at(ranges, beam[ahead], distance[ahead])
+    is_ahead = distance >= 0.0
+    np.minimum.at(ranges, beam[is_ahead], distance[is_ahead])
     return ranges
+
+
+def _in_beam_axes(
+    points: FloatArray, scanner: FloatArray, directions: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Coordinates of points (M, 2) along each beam and across it, to the left: (B, M) each.
+
+    The scanner stands at (2,), or at (B, 2) where it moves on from beam to beam.
+    """
+    beam_x = np.cos(directions)[:, None]
+    beam_y = np.sin(directions)[:, None]
+    x = points[:, 0] - scanner[..., None, 0]
+    y = points[:, 1] - scanner[..., None, 1]
+    return beam_x * x + beam_y * y, beam_x * y - beam_y * x

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from labkit.simulation.lesson import ROOM_DEPTH, ROOM_WIDTH
 from labkit.support.arrays import (
-    FARTHEST,
+    MAX_DISTANCE,
     FloatArray,
     as_finite,
     as_floats,
@@ -45,7 +45,7 @@ class MovingObject:
 
     def __post_init__(self) -> None:
         velocity = as_numbers(self.velocity, "velocity", "vx, vy [m/s]")
-        check_range(float(np.abs(velocity).max()), "velocity", at_most=FARTHEST, unit="m/s")
+        check_range(float(np.abs(velocity).max()), "velocity", at_most=MAX_DISTANCE, unit="m/s")
         object.__setattr__(self, "segments", as_segments(self.segments, "segments"))
         object.__setattr__(self, "velocity", velocity)
 

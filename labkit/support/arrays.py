@@ -22,8 +22,8 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 Values = TypeVar("Values", bound=NDArray[Any])
 EPSILON = 2.0**-52  # the spacing of doubles at 1
-FARTHEST = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is damaged
-LARGEST = 1e12  # [m]: beyond it the squares of coordinates hold no centimetre
+MAX_DISTANCE = 1e9  # [m]: no robot drives or sees farther, so a number beyond it is damaged
+MAX_COORDINATE = 1e12  # [m]: beyond it the squares of coordinates hold no centimetre
 
 
 class PointSet(Protocol):
@@ -76,7 +76,7 @@ def read_only(values: Values) -> Values:
 
 
 def as_points(points: PointSet | ArrayLike | None, name: str, minimum: int = 1) -> FloatArray:
-    """Check points (N, 2) [m], at least `minimum`, 0 or 1: finite and within `LARGEST`.
+    """Check points (N, 2) [m], at least `minimum`, 0 or 1: finite and within `MAX_COORDINATE`.
 
     An object with `points`, a scan or a target, stands for its points. Every message begins with
     `name`, the caller's word, and names the first bad point by index.
@@ -101,12 +101,12 @@ def as_points(points: PointSet | ArrayLike | None, name: str, minimum: int = 1) 
 
 
 def _as_near(rows: FloatArray, name: str) -> FloatArray:
-    """Return `rows`, or name the first one that is not finite or lies beyond `LARGEST`."""
-    if not np.abs(rows).max(initial=0.0) <= LARGEST:
+    """Return `rows`, or name the first one that is not finite or lies beyond `MAX_COORDINATE`."""
+    if not np.abs(rows).max(initial=0.0) <= MAX_COORDINATE:
         as_finite(rows, name, hint="drop such rows first")
         index = int(np.abs(rows).max(axis=1).argmax())
         raise InvalidPointsError(
-            f"`{name}` must lie within {LARGEST:g} m, got {rows[index].tolist()} at index "
+            f"`{name}` must lie within {MAX_COORDINATE:g} m, got {rows[index].tolist()} at index "
             f"{index}; drop such rows first"
         )
     return rows

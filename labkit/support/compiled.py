@@ -35,31 +35,28 @@ def compiled(function: F) -> F:
     """Let numba compile a function, and those that it calls, at its first call."""
 
     @functools.cache
-    def entry() -> Any:
+    def entry() -> Any:  # what Python calls
         if (numba := load_numba()) is None:
             return _in_python(function)
         from labkit.support.code_cache import keep  # noqa: PLC0415 (imports numba)
 
         return keep(numba.njit(**NUMBA_OPTIONS)(function))
 
-    ready: list[Any] = []  # what Python calls, once a first call has returned
+    has_returned = False  # a first call: it loads or compiles
 
     def first_call(*arguments: Any) -> Any:
-        function_in_numba = entry()
-        outcome = function_in_numba(*arguments)
-        ready.append(function_in_numba)
+        nonlocal has_returned
+        outcome = entry()(*arguments)
+        has_returned = True
         return outcome
 
     def call(*arguments: Any) -> Any:
-        if not ready:
+        if not has_returned:
             return _call_in_thread(lambda: first_call(*arguments))
         try:
-            return ready[0](*arguments)
-        except SystemError as error:  # numba wraps an interrupt that came while it made the result
-            cause: BaseException = error
-            while cause.__cause__ is not None:
-                cause = cause.__cause__
-            raise cause from None
+            return entry()(*arguments)
+        except SystemError as error:
+            raise _first_cause(error) from None
 
     call.__code__ = call.__code__.replace(co_name=function.__name__)  # as a traceback shows it
     wrapper: Any = functools.wraps(function)(call)
@@ -67,6 +64,13 @@ def compiled(function: F) -> F:
     wrapper.dispatcher = functools.cache(lambda: load_numba().njit(**INNER_OPTIONS)(function))
     _entries.append(entry)
     return wrapper  # type: ignore[no-any-return]
+
+
+def _first_cause(error: BaseException) -> BaseException:
+    """The error behind a `SystemError`: numba wraps an interrupt while it makes the result."""
+    while error.__cause__ is not None:
+        error = error.__cause__
+    return error
 
 
 def _call_in_thread(call: Callable[[], Any]) -> Any:
@@ -113,7 +117,7 @@ def compiled_signatures() -> dict[str, list[Any]]:
     """The argument types for which each function was compiled or loaded, in this process."""
     called = [entry() for entry in _entries if entry.cache_info().currsize]
     in_numba = [function for function in called if hasattr(function, "signatures")]
-    return {function.__name__: function.signatures for function in in_numba}
+    return {f"{each.__module__}.{each.__name__}": each.signatures for each in in_numba}
 
 
 def _in_python(function: Any) -> Any:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 INTERRUPTED = 130
-LINE = "\nlabkit: interrupted; no file is left half-written\n"
+MESSAGE = "\nlabkit: interrupted; no file is left half-written\n"
 
 
 @contextmanager
@@ -30,5 +30,5 @@ def loading() -> Iterator[None]:
 
 
 def _leave(*_: object) -> None:
-    os.write(2, LINE.encode())
+    os.write(2, MESSAGE.encode())
     os._exit(INTERRUPTED)

@@ -10,7 +10,7 @@ from typing import TypeVar
 from tqdm import tqdm
 
 Item = TypeVar("Item")
-PERIOD = 10.0  # [s] between two lines
+SECONDS_BETWEEN_LINES = 10.0  # [s] between two lines
 
 
 def show_progress(
@@ -28,10 +28,10 @@ def show_progress(
 def _print_lines(items: Iterable[Item], doing: str, unit: str, total: int | None) -> Iterator[Item]:
     of_all = "" if total is None else f" of {total}"
     plural = f" {unit}s" if unit else ""
-    due = time.monotonic() + PERIOD
+    due = time.monotonic() + SECONDS_BETWEEN_LINES
     for count, item in enumerate(items):
         if time.monotonic() >= due:
             sys.stderr.write(f"{doing}: {count}{of_all}{plural}\n")
             sys.stderr.flush()
-            due = time.monotonic() + PERIOD
+            due = time.monotonic() + SECONDS_BETWEEN_LINES
         yield item

@@ -43,13 +43,17 @@ class _Model(models.StructModel):  # type: ignore[misc]
 
 @unbox(RecordType)  # type: ignore[untyped-decorator]
 def _unbox(record_type: RecordType, record: Any, context: Any) -> Any:
+    """Write the machine code that copies the numbers of a Python object into a struct.
+
+    numba runs it at each call from Python: ``struct.name = record.name`` for every number.
+    """
     struct = cgutils.create_struct_proxy(record_type)(context.context, context.builder)
     for name, number_type in record_type.numbers:
-        number = context.pyapi.object_getattr_string(record, name)
-        setattr(struct, name, context.unbox(number_type, number).value)
-        context.pyapi.decref(number)
-    failed = cgutils.is_not_null(context.builder, context.pyapi.err_occurred())
-    return NativeValue(struct._getvalue(), is_error=failed)
+        python_number = context.pyapi.object_getattr_string(record, name)
+        setattr(struct, name, context.unbox(number_type, python_number).value)
+        context.pyapi.decref(python_number)
+    has_error = cgutils.is_not_null(context.builder, context.pyapi.err_occurred())
+    return NativeValue(struct._getvalue(), is_error=has_error)
 
 
 def register(record: type) -> None:

@@ -128,7 +128,7 @@ def test_a_file_that_fails_costs_neither_the_summary_nor_the_others(
 
 
 def test_progress_is_told_where_there_is_no_terminal(run, carmen_log, monkeypatch):
-    monkeypatch.setattr("labkit.support.progress.PERIOD", 0.0)
+    monkeypatch.setattr("labkit.support.progress.SECONDS_BETWEEN_LINES", 0.0)
     _, _, err = run("odometry", carmen_log[0], *NOTHING)
     assert "reading: 3 lines\n" in err
     assert "matching: 5 of 8 scans\n" in err

@@ -1,9 +1,9 @@
 import math
 from dataclasses import fields
+from typing import NamedTuple
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from labkit.logs import read_log
 from labkit.se2 import apply, from_xytheta, to_xytheta
@@ -216,24 +216,42 @@ def test_a_maximum_that_is_not_above_the_minimum_is_unknown(bag, maximum):
     assert ([scan.beams.tolist() for scan in known.scans], known.remarks) == (2 * [[1]], ())
 
 
-ROTATIONS = {
-    "upright": Rotation.from_euler("z", 0.3),
-    "upside down": Rotation.from_euler("xz", [math.pi, 0.7]),
-    "pitched over": Rotation.from_euler("yz", [math.pi, -0.4]),
-    "a little lean": Rotation.from_euler("yz", [0.02, 2.0]),
+class Turn(NamedTuple):
+    """A rotation by an angle [rad] about an axis, a unit vector."""
+
+    axis: tuple[float, float, float]
+    angle: float
+
+    @property
+    def quaternion(self):
+        return *(math.sin(self.angle / 2.0) * np.array(self.axis)), math.cos(self.angle / 2.0)
+
+    def apply(self, points):
+        """Rodrigues' formula."""
+        k = np.array(self.axis)
+        along = (points @ k)[:, None] * k
+        across = points - along
+        return along + math.cos(self.angle) * across + math.sin(self.angle) * np.cross(k, points)
+
+
+TURNS = {
+    "upright": Turn((0.0, 0.0, 1.0), 0.3),
+    "upside down": Turn((math.cos(0.35), math.sin(0.35), 0.0), math.pi),
+    "pitched over": Turn((-math.sin(0.2), math.cos(0.2), 0.0), math.pi),
+    "a little lean": Turn((0.0, 0.01, math.sqrt(1.0 - 1e-4)), 2.0),
 }
 OVERHEAD = {"upside down", "pitched over"}
 
 
-@pytest.mark.parametrize("rotation", ROTATIONS)
-def test_the_fixed_transforms_tell_where_the_scanner_sits(any_bag, rotation):
+@pytest.mark.parametrize("turn", TURNS)
+def test_the_fixed_transforms_tell_where_the_scanner_sits(any_bag, turn):
     """The law: points lie on the robot where the transforms in space, one by one, put them."""
-    hung, mast = ROTATIONS[rotation], Rotation.from_euler("z", -0.5)
+    hung, mast = TURNS[turn], Turn((0.0, 0.0, 1.0), -0.5)
     any_bag.odometry(10.0, 0.0, 0.0, 0.0)
     any_bag.scan(10.0)
-    any_bag.fixed("laser", "mast", (0.1, 0.2, 0.3), hung.as_quat())
-    any_bag.fixed("mast", "/base", (0.5, 0.0, 1.0), mast.as_quat())
-    any_bag.fixed("base", "ground", (9.0, 9.0, 0.0), mast.as_quat())
+    any_bag.fixed("laser", "mast", (0.1, 0.2, 0.3), hung.quaternion)
+    any_bag.fixed("mast", "/base", (0.5, 0.0, 1.0), mast.quaternion)
+    any_bag.fixed("base", "ground", (9.0, 9.0, 0.0), mast.quaternion)
 
     log = read_log(any_bag.close(), strict=True)
 
@@ -244,7 +262,7 @@ def test_the_fixed_transforms_tell_where_the_scanner_sits(any_bag, rotation):
     points = apply(from_xytheta(log.odometry[0]), log.scans[0].points)
     np.testing.assert_allclose(points, expected[:, :2], atol=2e-3)
     assert log.remarks[0].startswith("/tf_static tells that the scanner sits at (")
-    assert ("upside down on the frame 'base'" in log.remarks[0]) == (rotation in OVERHEAD)
+    assert ("upside down on the frame 'base'" in log.remarks[0]) == (turn in OVERHEAD)
 
 
 def test_the_caller_goes_before_the_fixed_transforms(bag):

@@ -1,6 +1,6 @@
 // Which motions a set of pairs cannot see; mirrors labkit/degeneracy.py.
 
-import { MIN_INFORMATION, SHIFT } from "./constants.js";
+import { MIN_INFORMATION, MAX_TURN_OF_SHIFT } from "./constants.js";
 import { lineInformation } from "./line_alignment.js";
 
 // What the kept pairs that lie on a surface say about each direction of the motion; null for
@@ -26,8 +26,10 @@ export function freeMotions({ values, vectors, center, length }) {
   return free.map((k) => {
     const [x, y, turn] = vectors.map((row) => row[k]);
     const reach = length / turn;
-    const scale = Math.sign(Math.abs(x) > SHIFT ? x : y) / Math.hypot(x, y);
-    if (Math.abs(turn) < SHIFT) return `shift along (${metres(scale * x)}, ${metres(scale * y)})`;
+    const scale = Math.sign(Math.abs(x) > MAX_TURN_OF_SHIFT ? x : y) / Math.hypot(x, y);
+    if (Math.abs(turn) < MAX_TURN_OF_SHIFT) {
+      return `shift along (${metres(scale * x)}, ${metres(scale * y)})`;
+    }
     return `turn about (${metres(center[0] - reach * y)}, ${metres(center[1] + reach * x)})`;
   });
 }
