@@ -47,9 +47,9 @@ LAYOUTS = {
         r"_(?P<student>\d+)_assignsubmission_(?:file|onlinetext)(?:_?/|_)(?P<file>.+)$",
         "{name}_{student}_assignsubmission_file_/feedback.html",
     ),
-    "gradescope": (
+    "gradescope": (  # which takes no pages back: each member's has the member's name
         r"(?:assignment_\d+_export/)?submission_(?P<student>\d+)/(?P<file>.+)$",
-        "{student}.html",
+        "",
     ),
     FOLDERS: (  # ada/answers.ipynb, ada.ipynb, ada.zip; nbgrader's ada/lab1/answers.ipynb
         r"(?P<student>[^/]+?)(?:/(?P<file>.+)|(?:\.ipynb|\.py)?\.\w+)$",

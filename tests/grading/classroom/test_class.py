@@ -111,6 +111,21 @@ def test_a_group_has_one_mark_for_all_members(grade, tmp_path):
     assert scores() == {"ada": 3.5, "emmy": 3.5, "zoe": 5.0}
 
 
+def test_each_member_of_a_group_in_gradescope_has_a_page_of_their_own(grade, tmp_path):
+    """Two pages of one name once stood in the archive."""
+    people = "".join(f"  - :name: {name}\n    :email: {name}@x.org\n" for name in ("ada", "emmy"))
+    write(tmp_path / "class", ["submission_77/a.py", "submission_78/a.py"], RIGHT)
+    text = f"submission_77:\n  :submitters:\n{people}"
+    write(tmp_path / "class", ["submission_metadata.yml"], text)
+
+    assert grade("class") == 0
+
+    with zipfile.ZipFile("grades/feedback.zip") as archive:
+        pages = {name: archive.read(name).decode() for name in archive.namelist()}
+    assert len(pages) == 3
+    assert all(sum(name in page for page in pages.values()) == 1 for name in ("ada", "emmy"))
+
+
 @pytest.mark.parametrize("name", ["ada.rar", "ada.7z", "ada.pdf", "ada/.hidden.py", "ada/a.rar"])
 def test_who_handed_in_nothing_that_can_be_read_has_a_row_with_the_reason(name, grade, tmp_path):
     """Laws 4 and 5."""

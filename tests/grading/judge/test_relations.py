@@ -108,7 +108,7 @@ def test_an_argument_that_comes_back_is_told_by_its_place():
 def test_answers_in_whole_numbers_that_fit_two_relations_fit_none():
     """4 is the square of 2, and twice 2; 1 is the inverse of 1, its square and its root."""
     for right, wrong in ((2.0, 4.0), (3.0, 3.0), (1.0, 0.0)):
-        message = told(Answer.NUMBER, [right, right], [wrong, wrong])
+        message = told(Answer.NUMBER, [right, right], [wrong, wrong], arguments=())
         assert ("known mistake" in message) == (right == 1.0)
 
 
