@@ -10,6 +10,7 @@ from hypothesis import settings
 from labkit import transform
 from labkit.logs import Log, read_log
 from labkit.simulation import Lidar, cast, room
+from labkit.support.compiled import compiled_signatures
 
 # The same examples in every run: a red test stays red, and no clock decides. `make quick` draws
 # a few of them. CI's nightly draws others, and more; pytest's --hypothesis-seed says which.
@@ -17,6 +18,24 @@ settings.register_profile("lab", deadline=None, derandomize=True, print_blob=Tru
 settings.register_profile("quick", settings.get_profile("lab"), max_examples=20)
 settings.register_profile("nightly", deadline=None, max_examples=500, print_blob=True)
 settings.load_profile(os.environ.get("LABKIT_EXAMPLES", "lab"))
+
+
+told_stages: set[str] = set()  # in this process
+
+
+@pytest.hookimpl(trylast=True)  # once the test's fixtures are put away
+def pytest_runtest_teardown() -> None:
+    """The law: every stage is compiled for one kind of arguments, whatever a caller hands over.
+
+    A second kind (an array that is writable, of another layout, of whole numbers) costs its caller
+    seconds, in silence. The first test that compiles one fails.
+    """
+    signatures = compiled_signatures()
+    several = {stage: kinds for stage, kinds in signatures.items() if len(kinds) > 1}
+    new = several.keys() - told_stages
+    told_stages.update(new)
+    lines = [f"{stage}{kind}" for stage in sorted(new) for kind in several[stage]]
+    assert not new, "compiled for a second kind of arguments:\n" + "\n".join(lines)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -28,8 +28,13 @@ PARAMETERS = IcpParameters(
 )
 GUESS = transform(0.5, 0.4, math.radians(24.0))
 
-
 poses = st.builds(transform, st.floats(-5, 5), st.floats(-5, 5), st.floats(-math.pi, math.pi))
+
+
+def motion_of(points, T_before, T):
+    """Root mean square distance between the points at two poses."""
+    motions = apply(T, points) - apply(T_before, points)
+    return math.sqrt(np.mean((motions**2).sum(axis=1)))
 
 
 @given(st.integers(0, 2**32 - 1), poses, st.floats(1e-3, 1.0), st.floats(-math.pi, math.pi))
@@ -39,9 +44,7 @@ def test_a_motion_is_that_of_the_points(seed, T_before, way, turn):
 
     motion = displacement(points, T_before, T)
 
-    motions = apply(T, points) - apply(T_before, points)
-    expected = math.sqrt(np.mean((motions**2).sum(axis=1)))
-    assert motion == pytest.approx(expected, rel=1e-7, abs=1e-12)
+    assert motion == pytest.approx(motion_of(points, T_before, T), rel=1e-7, abs=1e-12)
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +117,7 @@ def test_a_fine_iteration_has_the_delta_of_the_parameters_and_a_narrow_gate(hist
 def test_an_iteration_is_coarse_while_the_next_motion_is_expected_to_be_long(history, in_the_room):
     """Each motion is expected to shrink as the last one did."""
     motions = [
-        displacement(in_the_room.source.points, before.T_target_source, now.T_target_source)
+        motion_of(in_the_room.source.points, before.T_target_source, now.T_target_source)
         for before, now in pairwise(history)
     ]
 

@@ -155,4 +155,5 @@ def alike(T: FloatArray, other: FloatArray) -> bool:
 
 def _square(most: int) -> IntArray:
     """All (i, j) with entries from −most to most, shape (S, 2)."""
-    return np.indices((2 * most + 1, 2 * most + 1)).reshape(2, -1).T - most
+    i, j = np.indices((2 * most + 1, 2 * most + 1)) - most
+    return np.column_stack([i.ravel(), j.ravel()])

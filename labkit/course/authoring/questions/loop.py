@@ -88,7 +88,7 @@ LOOP_AT_THE_GATE = about_the_gate([-0.1, 0.05], 2.0, 1.0, 0.02, LOOP_BUDGET, apa
 
 
 def _has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):  # type: ignore[no-untyped-def]
-    shift, turn = step_length(np.eye(3), dT)
+    shift, turn = step_length(np.eye(3), np.array(dT, dtype=float))
     return (shift < eps_t and turn < eps_psi) or abs(cost_change) < eps_cost or iteration >= k_max
 
 
