@@ -1,5 +1,6 @@
 """Compiled stages: kept on disk, healed where the disk lied, and run by Python without numba."""
 
+import itertools
 import os
 import pickle
 import subprocess
@@ -150,6 +151,26 @@ def test_a_match_loads_no_scipy_linalg():
         "assert 'scipy.linalg' not in sys.modules; import scipy.linalg; print(8)"
     )
     answer(os.environ.get("LABKIT_CACHE", ""), program)
+
+
+def test_arrays_of_any_kind_compile_nothing_anew(in_the_room):
+    """Writable or not, of either layout, with gaps in memory, of single precision, or a list."""
+    points = in_the_room.source.points
+    kinds = [
+        points.copy(),
+        np.asfortranarray(points),
+        np.repeat(points, 2, axis=0)[::2],
+        points.astype(np.float32),
+        points.tolist(),
+    ]
+    _ = icp(points, points, metric="point_to_line").cost
+    before = compiled_signatures()
+
+    for source, target in itertools.product(kinds, kinds):
+        _ = icp(source, target, np.eye(3).T, metric="point_to_line").cost
+
+    signatures = compiled_signatures()
+    assert {name: signatures[name] for name in before} == before
 
 
 def test_what_is_unpickled_compiles_nothing_anew(in_the_room):
