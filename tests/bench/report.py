@@ -116,7 +116,8 @@ def main() -> int:
 
 def page(results: dict[str, Any]) -> str:
     """The page as MyST Markdown: a section for all that was measured."""
-    parts = [INTRO % results["versions"]["labkit"], *in_short(results), ERROR_FIGURE, SETS]
+    parts = [INTRO % results["versions"]["labkit"], _absent(results["missing"])]
+    parts += [*in_short(results), ERROR_FIGURE, SETS]
     parts += map(_set_section, results["sets"].values())
     if rows := point_to_point_rows(results):
         parts += [EQUAL_ERROR, markdown(["set: matcher", "ms", "over labkit's", *ERRORS], rows)]
@@ -130,6 +131,15 @@ def page(results: dict[str, Any]) -> str:
             parts += [SHUFFLED, markdown(header, growth_rows(shuffled))]
     parts = [part for part in parts if part]
     return "\n\n".join([*parts, f"## Conditions\n\n{_conditions(results)}"]) + "\n"
+
+
+def _absent(packages: list[str]) -> str:
+    if not packages:
+        return ""
+    names = " and ".join(packages)
+    return (
+        f"Not measured: {names}, which this machine did not have.\nNo set or basin below has them."
+    )
 
 
 def _set_section(result: dict[str, Any]) -> str:
@@ -161,8 +171,6 @@ def _conditions(results: dict[str, Any]) -> str:
         f"- times by {clock}; elapsed time was {min(busy):.2f} to {max(busy):.2f} times the "
         f"processor's time (1 on a machine that does nothing else)",
     ]
-    if results["missing"]:
-        lines.append(f"- not installed, so not here: {', '.join(results['missing'])}")
     return "\n".join(lines)
 
 
