@@ -8,6 +8,7 @@ which changes with the commit.
 from __future__ import annotations
 
 import os
+import pickle
 import re
 import subprocess
 import symtable
@@ -15,10 +16,17 @@ import zlib
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import Any
+from unittest.mock import patch
 
 import nbformat
 import pytest
 from matplotlib import pyplot as plt
+
+import labkit
+from labkit import odometry
+from labkit.logs import Log, read_log
+from labkit.odometry import OdometryResult, estimate_odometry
 
 ROOT = Path(__file__).parents[2]
 CHANGING = "append|extend|setdefault|update"  # methods that change an object in place
@@ -50,10 +58,43 @@ def run_cells(chapter: str, sample: dict[str, str], *asked: str) -> dict[str, ob
         assert holding, f"no cell of chapter {chapter} holds {old!r}"
         cells |= {name: cells[name].replace(old, new) for name in holding}
     names: dict[str, object] = {}
-    for name in needed(cells, set(asked)):
-        exec(compile(cells[name], f"chapter {chapter}, cell {name}", "exec"), names)
+    with (
+        patch.object(labkit, "read_log", read_once),
+        patch.object(odometry, "estimate_odometry", run_once),
+    ):
+        for name in needed(cells, set(asked)):
+            exec(compile(cells[name], f"chapter {chapter}, cell {name}", "exec"), names)
     plt.close("all")
     return names
+
+
+@cache
+def killian() -> Log:
+    """The log of nearly all chapters, which no cell can change."""
+    log = read_log("killian")
+    log.stamps.setflags(write=False)
+    log.reference.setflags(write=False)
+    return log
+
+
+def read_once(name: str) -> Log:
+    """A log; Killian's is read once for all claims."""
+    return killian() if name == "killian" else read_log(name)
+
+
+RUNS: dict[bytes, OdometryResult] = {}  # over all of Killian's scans, by what they were given
+
+
+def run_once(scans: Any, *given: Any, **options: Any) -> OdometryResult:
+    """The odometry over some scans; over all of Killian's it runs once with the same arguments."""
+    if scans is not killian().scans:
+        return estimate_odometry(scans, *given, **options)
+    heard = {name: value for name, value in options.items() if name != "progress"}
+    arguments = pickle.dumps((given, sorted(heard.items())))
+    if arguments not in RUNS:
+        RUNS[arguments] = estimate_odometry(scans, *given, **options)
+        RUNS[arguments].poses.setflags(write=False)
+    return RUNS[arguments]
 
 
 @cache
