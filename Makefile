@@ -45,11 +45,12 @@ student: $(READY) ## write what students get: the lab and its book without solut
 test: $(TESTS) ## check style and types, then test code, widgets and what is new in notebooks
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
 	@$(WARM)
 	@$(MAKE) --no-print-directory $(RAN)
-	$(BIN)/pytest tests labkit -m "not others and not pages and not nightly" \
-	    --numprocesses 3 --dist loadfile --no-loadscope-reorder
+	@$(BIN)/mypy > _build/types 2>&1 & types=$$!; \
+	    $(BIN)/pytest tests labkit -m "not others and not pages and not nightly" \
+	        --numprocesses 3 --dist loadfile --no-loadscope-reorder; tests=$$?; \
+	    wait $$types && exit $$tests || { cat _build/types; exit 1; }
 
 pages: $(TESTS) ## open each page of the book, which `make book` built, in a browser
 	@test -d _build/html || { echo "There is no book yet: make book"; exit 1; }
