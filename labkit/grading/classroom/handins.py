@@ -30,8 +30,8 @@ from labkit.support.errors import LabkitError
 MAX_TOGETHER = 96 << 20  # bytes of all files of one student
 FOLDERS = "folders"
 METADATA = "submission_metadata.yml"  # of Gradescope's export: who handed in what
-# By its name such a file is somebody's work, though none of its kind is read but the first few.
-HANDED_IN = (*SOURCES, ".zip", ".rar", ".7z", ".tar", ".gz", ".pdf", ".html", ".docx")
+# A file with such an ending is a student's work, though the grader reads only the first few kinds.
+WORK = (*SOURCES, ".zip", ".rar", ".7z", ".tar", ".gz", ".pdf", ".html", ".docx")
 # Names on a platform: of a student's file, and of the page that goes back.
 LAYOUTS = {
     "canvas": (  # lovelaceada_LATE_4711_98765_answers.ipynb
@@ -69,15 +69,15 @@ class Handed(NamedTuple):
     def read(self) -> bytes:
         """Read it all, up to a byte more than `MAX_FILE`."""
         if self.member:
-            with opened(self.path, self.path.stat().st_mtime_ns).open(self.member) as packed:
+            with open_archive(self.path, self.path.stat().st_mtime_ns).open(self.member) as packed:
                 return packed.read(MAX_FILE + 1)
         with self.path.open("rb") as file:
             return file.read(MAX_FILE + 1)
 
 
 @lru_cache(maxsize=1)
-def opened(path: Path, _changed: int) -> zipfile.ZipFile:
-    """The archive of a class, opened once for all its files: its list of them may be long."""
+def open_archive(path: Path, _changed: int) -> zipfile.ZipFile:
+    """The archive of a class, open_archive once for all its files: its list of them may be long."""
     return zipfile.ZipFile(path)
 
 
@@ -103,24 +103,24 @@ def find_submissions(
     if os.path.isdir(path / "submitted"):  # in a course of nbgrader
         path /= "submitted"
     files = list_files(path)
-    handed_in = {one.name.partition("/")[0] for one in files}
+    folders_with_files = {file.name.partition("/")[0] for file in files}
     if out:
-        ours = out.resolve()
-        files = [one for one in files if not one.path.resolve().is_relative_to(ours)]
+        results = out.resolve()
+        files = [file for file in files if not file.path.resolve().is_relative_to(results)]
     if not files:
         raise LabkitError(
             f"{path}: nothing was handed in; name a folder or zip archive with one folder or "
             f"file for each student"
         )
-    layout = layout or _fitting(path, files)
+    layout = layout or _detect_layout(path, files)
     pattern, feedback = LAYOUTS[layout]
     named: dict[str, list[tuple[dict[str, str], Handed]]] = {}  # parts of a name, by student
     lost, remarks = list[str](), list[str]()
     for file in files:
-        found = re.match(pattern, file.name)
-        if found and (found["file"] or file.name.lower().endswith(HANDED_IN)):
-            own = file._replace(name=found["file"] or file.name)
-            named.setdefault(found["student"], []).append((found.groupdict(), own))
+        parts = re.match(pattern, file.name)
+        if parts and (parts["file"] or file.name.lower().endswith(WORK)):
+            renamed = file._replace(name=parts["file"] or file.name)
+            named.setdefault(parts["student"], []).append((parts.groupdict(), renamed))
         elif may_hold_source(file.name):
             lost.append(file.name)
         else:
@@ -130,21 +130,23 @@ def find_submissions(
             f"{path}: no file name fits the {layout} layout (for example {files[0].name}); "
             f"choose another --layout"
         )
-    submissions = [_submission(one, feedback) for one in named.values()]
+    submissions = [_submission(files_of_one, feedback) for files_of_one in named.values()]
     for folder in list_folders(path):
-        found = re.match(pattern, f"{folder}/nothing")
-        if found and folder not in handed_in and not is_skipped(folder):
+        parts = re.match(pattern, f"{folder}/nothing")
+        if parts and folder not in folders_with_files and not is_skipped(folder):
             nothing = Handed("", path)
-            empty = _submission([(found.groupdict(), nothing)], feedback)
+            empty = _submission([(parts.groupdict(), nothing)], feedback)
             submissions.append(replace(empty, files=()))
             remarks.append(f"{path}: {folder} is an empty folder")
     members = read_members(path) if layout == "gradescope" else {}
-    each = [
-        replace(one, student=student, name=name)
-        for one in submissions
-        for student, name in members.get(one.student, [(one.student, one.name)])
+    by_student = [
+        replace(submission, student=student, name=name)
+        for submission in submissions
+        for student, name in members.get(
+            submission.student, [(submission.student, submission.name)]
+        )
     ]
-    return sorted(each, key=lambda one: one.student), lost, remarks
+    return sorted(by_student, key=lambda submission: submission.student), lost, remarks
 
 
 def read_members(path: Path) -> dict[str, list[tuple[str, str]]]:
@@ -153,7 +155,7 @@ def read_members(path: Path) -> dict[str, list[tuple[str, str]]]:
     if path.is_dir():
         texts = [file.read_bytes() for file in path.rglob(METADATA)]
     else:
-        archive = opened(path, path.stat().st_mtime_ns)
+        archive = open_archive(path, path.stat().st_mtime_ns)
         texts = [archive.read(name) for name in archive.namelist() if name.endswith(METADATA)]
     members: dict[str, list[tuple[str, str]]] = {}
     for block in re.split(r"(?m)^(?=\S)", b"\n".join(texts[:1]).decode("utf-8", "replace")):
@@ -169,15 +171,17 @@ def read_members(path: Path) -> dict[str, list[tuple[str, str]]]:
     return members
 
 
-def _fitting(path: Path, files: list[Handed]) -> str:
+def _detect_layout(path: Path, files: list[Handed]) -> str:
     """The one layout that fits all files."""
-    for name in [name for name in LAYOUTS if name != FOLDERS]:
-        odd = [one.name for one in files if not re.match(LAYOUTS[name][0], one.name)]
-        if not odd:
+    for name in LAYOUTS:
+        if name == FOLDERS:
+            continue
+        misfits = [file.name for file in files if not re.match(LAYOUTS[name][0], file.name)]
+        if not misfits:
             return name
-        if len(odd) < len(files):
+        if len(misfits) < len(files):
             raise LabkitError(
-                f"{path}: some files are named as {name} names them, but {odd[0]} is not; use "
+                f"{path}: some files are named as {name} names them, but {misfits[0]} is not; use "
                 f"--layout {name} or --layout {FOLDERS}, or take that file out"
             )
     top, inside, _ = files[0].name.partition("/")
@@ -191,8 +195,8 @@ def _fitting(path: Path, files: list[Handed]) -> str:
 
 def _submission(named: list[tuple[dict[str, str], Handed]], feedback: str) -> Submission:
     """One student's files; of two with one name, as of two uploads, the newest counts."""
-    named.sort(key=lambda one: int(one[0].get("upload") or 0))
-    newest = named[-1][0]
+    named.sort(key=lambda parts_and_file: int(parts_and_file[0].get("upload") or 0))
+    newest, _ = named[-1]
     return Submission(
         student=newest["student"],
         name=newest.get("name") or newest["student"],
@@ -216,7 +220,7 @@ def list_files(path: Path) -> list[Handed]:
         changed = path.stat().st_mtime_ns
         if is_source(path.name):
             return [Handed(printable(path.name), path)]
-        infos = [info for info in opened(path, changed).infolist() if not info.is_dir()]
+        infos = [info for info in open_archive(path, changed).infolist() if not info.is_dir()]
     except OSError as error:
         raise LabkitError(f"{error.filename or path}: cannot be read: {error.strerror}") from None
     except Exception as error:  # untrusted: zipfile raises anything
@@ -233,11 +237,11 @@ def list_files(path: Path) -> list[Handed]:
 def list_folders(path: Path) -> list[str]:
     """The folders at the top of a folder or zip archive, by name: those without a file, too."""
     if path.is_dir():
-        names = [one.name for one in path.iterdir() if one.is_dir()]
+        names = [folder.name for folder in path.iterdir() if folder.is_dir()]
     elif is_source(path.name):
         names = []
     else:
-        infos = opened(path, path.stat().st_mtime_ns).infolist()
+        infos = open_archive(path, path.stat().st_mtime_ns).infolist()
         names = [info.filename.partition("/")[0] for info in infos if info.is_dir()]
     return sorted({printable(name) for name in names})
 
@@ -263,7 +267,7 @@ def read_files(handed_in: Sequence[Handed]) -> tuple[dict[str, bytes], tuple[str
     found: dict[str, bytes] = {}
     unread: list[str] = []
     left = MAX_TOGETHER
-    for file in sorted(handed_in, key=lambda one: (one.changed, -len(one.name)), reverse=True):
+    for file in sorted(handed_in, key=lambda file: (file.changed, -len(file.name)), reverse=True):
         try:
             data = file.read() if may_hold_source(file.name) else b""
             if len(data) > min(left, MAX_FILE):

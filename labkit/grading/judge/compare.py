@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -44,43 +43,50 @@ def assess(
     The score is the share of the hidden cases that pass, less what a constant answer would get.
     Visible cases, whose answers are handed out, count where there are no hidden ones.
     """
-    verdicts = [judge(question, *pair) for pair in zip(cases, outcomes, strict=True)]
+    faults = [fault(question, *pair) for pair in zip(cases, outcomes, strict=True)]
     known = recognise(question, cases, outcomes)
     counting = [place for place, case in enumerate(cases) if case.hidden] or range(len(cases))
-    share = sum(verdicts[place].passed for place in counting) / len(counting)
+    share = sum(not faults[place] for place in counting) / len(counting)
     share = max(0.0, (share - question.chance) / (1.0 - question.chance))
-    message, is_said = _message(question, verdicts, outcomes, known)
+    message, is_said = _message(question, cases, outcomes, faults, known)
     return QuestionVerdict(
         question=question.id,
         title=question.title,
         points=question.points,
         score=round(question.points * share, 2),
-        cases=tuple(replace(case, reason="") if is_said else case for case in verdicts),
+        cases=tuple(
+            _case_verdict(case, outcome, text, is_said)
+            for case, outcome, text in zip(cases, outcomes, faults, strict=True)
+        ),
         misconception=known.id if known else None,
         message=message,
     )
 
 
-def judge(question: Question, case: Case, outcome: Outcome) -> CaseVerdict:
-    """The verdict on one call.
+def fault(question: Question, case: Case, outcome: Outcome) -> str:
+    """What is wrong with one call, in a few sentences; "" where it is right.
 
     Of a hidden case it says only that the result is wrong, or that there is none: whatever else it
     told could be made to spell out an input.
     """
     if outcome.status is not Status.RETURNED:
-        text = _no_value(question, case, outcome)
-    elif is_right(question, case, outcome.value):
-        text = ""
-    elif case.hidden:
-        text = "the result is wrong."
-    elif isinstance(got := _read(question.answer, outcome.value), str):
-        text = f"{got}."
-    else:
-        wanted = _accepted(question.answer, case)[0]
-        got = _adjusted(got, wanted, question, case)
-        first, *more = sentences(question, case, got, wanted)
-        text = " ".join([first, *map(_capital, more)])
-    reason = f"{_capital(case.about)}: {text}" if text else ""
+        return _no_value(question, case, outcome)
+    if is_right(question, case, outcome.value):
+        return ""
+    if case.hidden:
+        return "the result is wrong."
+    got = _read(question.answer, outcome.value)
+    if isinstance(got, str):
+        return f"{got}."
+    wanted = _accepted(question.answer, case)[0]
+    got = _adjusted(got, wanted, question, case)
+    first, *more = sentences(question, case, got, wanted)
+    return " ".join([first, *map(_capital, more)])
+
+
+def _case_verdict(case: Case, outcome: Outcome, text: str, is_said: bool) -> CaseVerdict:
+    """The verdict on one call; its fault is left out where the question's message says it."""
+    reason = f"{_capital(case.about)}: {text}" if text and not is_said else ""
     status = outcome.status
     if text and case.hidden and status is Status.RETURNED:
         status = Status.NO_RESULT  # whatever it returned
@@ -242,16 +248,16 @@ def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
 
 def _message(
     question: Question,
-    verdicts: Sequence[CaseVerdict],
+    cases: Sequence[Case],
     outcomes: Sequence[Outcome],
+    faults: Sequence[str],
     known: Misconception | None,
 ) -> tuple[str, bool]:
     """The words on the whole question, and whether they say the fault of every case."""
-    passed = sum(verdict.passed for verdict in verdicts)
-    hidden = [verdict.passed for verdict in verdicts if verdict.hidden]
-    shown = [verdict for verdict in verdicts if not verdict.hidden] or verdicts
-    always = {verdict.reason.partition(": ")[2] for verdict in shown}
-    if passed == len(verdicts):
+    passed = faults.count("")
+    hidden = [not text for case, text in zip(cases, faults, strict=True) if case.hidden]
+    shown = [text for case, text in zip(cases, faults, strict=True) if not case.hidden] or faults
+    if passed == len(cases):
         return "All cases pass." if hidden else ALL_VISIBLE, True
     if all(outcome.status is Status.NOT_WRITTEN for outcome in outcomes):
         called = re.match(r"`\w+` is not written yet", outcomes[0].message)
@@ -259,9 +265,9 @@ def _message(
     if known:
         read_on = f" See {known.chapter}." if known.chapter else ""
         return f"This looks like a known mistake: {known.says}{read_on}", False
-    if passed == 0 and len(always) == 1:
-        return f"No case passes: {always.pop()}", True
-    text = f"{passed} of {len(verdicts)} cases pass."
+    if passed == 0 and len(set(shown)) == 1:
+        return f"No case passes: {shown[0]}", True
+    text = f"{passed} of {len(cases)} cases pass."
     if passed and hidden:
         text += f" Points are for the hidden ones: {sum(hidden)} of {len(hidden)}."
     if question.chance and passed:

@@ -135,7 +135,8 @@ def numbers(answer: Answer, value: Value) -> FloatArray | str:
 def sentences(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
     """Sentences on an answer that is not the wanted one; the last shows what went in and out."""
     names = [name.strip() for name in question.signature.strip("()").split(",")]
-    given = ", ".join(map("{} = {}".format, names, map(_shown, case.arguments)))
+    arguments = [_shown(argument) for argument in case.arguments]
+    given = ", ".join(f"{name} = {text}" for name, text in zip(names, arguments, strict=False))
     if got.shape != wanted.shape:
         surplus = len(got) - len(wanted) if got.ndim == wanted.ndim > 0 else 0
         if question.answer is Answer.TRANSFORM and surplus == -1:
@@ -156,9 +157,9 @@ def sentences(question: Question, case: Case, got: FloatArray, wanted: FloatArra
     first = np.unravel_index(np.argmin(right), got.shape)
     is_truth = question.answer in (Answer.FLAG, Answer.MASK) and not np.isnan(got[first])
     as_shown = bool if is_truth else float
-    texts = [_shown(as_shown(one[first])) for one in (got, wanted)]
-    place = _place(question, case, [int(one) for one in first])
-    yield f"for {given}:{place} got {texts[0]}, expected {texts[1]}."
+    got_text, wanted_text = (_shown(as_shown(array[first])) for array in (got, wanted))
+    place = _place(question, case, [int(axis) for axis in first])
+    yield f"for {given}:{place} got {got_text}, expected {wanted_text}."
 
 
 def _place(question: Question, case: Case, first: list[int]) -> str:
@@ -179,7 +180,7 @@ def _shown(value: object) -> str:
         text = np.array2string(value, precision=4, separator=", ", max_line_width=999)
         return text.replace("\n", "").replace("  ", " ")
     if isinstance(value, tuple | list):
-        numeric = all(isinstance(one, float | int) for one in value)
+        numeric = all(isinstance(entry, float | int) for entry in value)
         return f"({', '.join(map(_shown, value))})" if numeric else f"{len(value)} entries"
     if isinstance(value, bool):
         return str(value)

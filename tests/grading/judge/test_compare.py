@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from labkit.course.assignment import load_assignment
-from labkit.grading.judge.compare import assess, is_right, judge, recognise
+from labkit.grading.judge.compare import assess, fault, is_right, recognise
 from labkit.grading.judge.kinds import read
 from labkit.grading.judge.verdict import Outcome, Status
 from labkit.grading.questions import Answer, Case
@@ -98,13 +98,12 @@ HUGE = [np.full((3, 3), np.inf), np.full((3, 3), 1.7e308), (np.eye(2), np.full(2
 @pytest.mark.parametrize("value", [*ODD, *HUGE], ids=lambda value: repr(value).replace("\n", ""))
 def test_nonsense_is_wrong_and_never_a_traceback(question, value):
     for case in ASSIGNMENT.cases(question.id):
-        verdict = judge(question, case, returned(case, value))
+        text = fault(question, case, returned(case, value))
         if repr(value) == repr(case.expected[0]) == "nan":
-            assert verdict.passed  # the answer where no pair is kept
+            assert text == ""  # the answer where no pair is kept
             continue
-        assert not verdict.passed
-        assert verdict.reason.endswith((".", "?"))
-        assert len(verdict.reason) < 800
+        assert text.endswith((".", "?"))
+        assert len(text) < 800
 
 
 SECRET = "3.14159 is the first input"
@@ -131,7 +130,7 @@ def test_a_call_without_an_answer_is_explained(status, of_hidden, of_visible):
     if isinstance(status, Status):
         outcome = Outcome(status=status, message=SECRET)
     for hidden, reason in ((True, of_hidden), (False, of_visible or of_hidden)):
-        said = judge(ASSIGNMENT.question("align"), first("align", hidden), outcome).reason
+        said = fault(ASSIGNMENT.question("align"), first("align", hidden), outcome)
         assert reason in said
         assert not hidden or SECRET not in said
 
@@ -142,8 +141,18 @@ def test_of_a_hidden_case_only_that_it_is_wrong_is_told(question):
     nonsense = [None, "text", 1234.0, np.zeros((3, 3)), np.ones((5, 6, 7)), np.full(77, np.nan)]
     for case in ASSIGNMENT.cases(question.id):
         if case.hidden:
-            told = {judge(question, case, returned(case, value)).reason for value in nonsense}
-            assert {reason.partition(": ")[2] for reason in told} == {"the result is wrong."}
+            told = {fault(question, case, returned(case, value)) for value in nonsense}
+            assert told == {"the result is wrong."}
+
+
+def test_how_a_hidden_case_ended_is_told_no_more_than_its_result():
+    """A status that tells a wrong value from none could be made to spell out an input, too."""
+    question, cases = ASSIGNMENT.question("align"), ASSIGNMENT.cases("align")
+
+    verdict = assess(question, cases, [returned(case, None) for case in cases])
+
+    assert {case.status for case in verdict.cases if case.hidden} == {Status.NO_RESULT}
+    assert {case.status for case in verdict.cases if not case.hidden} == {Status.RETURNED}
 
 
 TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -173,13 +182,13 @@ def test_the_texts_say_how_far_off(question, change, text):
     case = first(question, hidden=False)
     asked, right = ASSIGNMENT.question(question), case.expected[0]
     value = change(read(asked.answer, right) if asked.answer is Answer.TRANSFORM else right)
-    assert text in judge(asked, case, returned(case, value)).reason
+    assert text in fault(asked, case, returned(case, value))
 
 
 def test_a_number_where_nothing_is_left_is_told_that_there_is_none():
     none_kept = ASSIGNMENT.visible["inlier_rmse"][1]
-    verdict = judge(ASSIGNMENT.question("inlier_rmse"), none_kept, returned(none_kept, 0.0))
-    assert "when no pair is kept, return NaN" in verdict.reason
+    text = fault(ASSIGNMENT.question("inlier_rmse"), none_kept, returned(none_kept, 0.0))
+    assert "when no pair is kept, return NaN" in text
 
 
 def test_a_half_turn_may_be_pi_or_minus_pi_and_nothing_else():
@@ -201,9 +210,9 @@ def test_of_several_results_the_wrong_one_is_told_by_its_place():
     for entry, place in places.items():
         wrong = np.arange(1.0, 7.0)
         wrong[entry] += 1.0
-        reason = judge(question, case, returned(case, (wrong[:3], wrong[3], wrong[4:]))).reason
+        text = fault(question, case, returned(case, (wrong[:3], wrong[3], wrong[4:])))
 
-        assert f" in {place} got {wrong[entry]:g}, expected {wrong[entry] - 1:g}." in reason
+        assert f" in {place} got {wrong[entry]:g}, expected {wrong[entry] - 1:g}." in text
 
 
 def test_the_score_is_the_share_of_the_cases_beyond_chance():
