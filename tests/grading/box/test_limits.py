@@ -10,14 +10,15 @@ import pytest
 
 from labkit.grading.box import outside
 from labkit.grading.box.inside import data
-from labkit.grading.box.outside import MAX_LINE, Box, unused_user
+from labkit.grading.box.outside import MAX_LINE, Box, Wall, unused_user
 from labkit.grading.box.watch import BoxError, BoxTimeout, read_usage
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="boxes are Linux's")
 LIMITS = """
 import os, resource
 def limits():
-    kinds = [resource.RLIMIT_NOFILE, resource.RLIMIT_CORE, resource.RLIMIT_CPU, resource.RLIMIT_AS]
+    kinds = [resource.RLIMIT_NOFILE, resource.RLIMIT_CORE, resource.RLIMIT_CPU, resource.RLIMIT_AS,
+             resource.RLIMIT_FSIZE]
     return [resource.getrlimit(kind) for kind in kinds]
 def groups():
     return os.getgroups()
@@ -41,15 +42,18 @@ def told(box, cells, *functions):
         yield data.from_json(box.receive()["value"])
 
 
-def test_every_limit_of_a_box_is_set_for_good(wall):
+@pytest.mark.parametrize("has_wall", [True, False])
+def test_every_limit_of_a_box_is_set_for_good(has_wall, wall):
     """Soft and hard: what is soft alone could be raised again."""
+    wall = wall if has_wall else Wall("none")
     with contextlib.closing(Box(wall, seconds=7.0)) as box:
-        (files, core, processor, memory), groups = told(box, LIMITS, "limits", "groups")
+        (files, core, processor, memory, file), groups = told(box, LIMITS, "limits", "groups")
 
     assert core == (0, 0)
     assert processor == (8, 8)
     assert files[0] == files[1] <= 256
     assert memory[0] == memory[1] <= 2 << 30
+    assert file[0] == file[1] == (16 << 20 if wall.mode == "bubblewrap" else 0)
     assert groups == () or os.geteuid() or wall.mode == "none"
 
 
