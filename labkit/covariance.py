@@ -140,13 +140,13 @@ class _LinePairs(NamedTuple):
     """The kept pairs that lie on a surface, in the target's frame."""
 
     source: FloatArray  # R p + t [m], shape (N, 2)
-    arm: FloatArray  # R p: the source point as its scanner saw it, but for its heading [m], (N, 2)
+    arm: FloatArray  # R p: from the source's scanner to the point [m], shape (N, 2)
     target: FloatArray  # q [m], shape (N, 2)
     target_index: IntArray  # row of q in the target, shape (N,)
     normals: FloatArray  # n, at q, shape (N, 2)
     weights: FloatArray  # w, shape (N,)
     residuals: FloatArray  # r = n·(R p + t − q) [m], shape (N,)
-    slope: FloatArray  # ∂r/∂x: the rows (6.1) about the source's scanner, with ℓ = 1 m, (N, 3)
+    slope: FloatArray  # ∂r/∂x, the rows (6.1) about the source's scanner with ℓ = 1 m, (N, 3)
 
 
 def _covariance_and_bases(

@@ -185,21 +185,27 @@ def test_errors_are_as_large_as_promised_at_every_heading(world, at, seen, along
     The mean NEES a degree of freedom is 1, without the wheels and fused with them. Twice that
     would be errors 1.4 times as large as promised; half of it, 1.4 times as small.
     """
-    rng, spread, nees = np.random.default_rng(0), np.array([along, 0.03, 0.02]), []
+    rng = np.random.default_rng(0)
     lidar = Lidar(beam_count=beams, noise_std=noise)
+    wheel_std = np.array([along, 0.03, 0.02])
+    truth = to_xytheta(MOTION)
+    nees = []
     for turn in 0.1 + np.arange(12) * math.pi / 6.0:
-        there, world_axes = at @ transform(0.0, 0.0, turn), transform(0.0, 0.0, -turn)
-        P = world_axes @ np.diag(spread**2) @ world_axes.T
+        start = at @ transform(0.0, 0.0, turn)
+        world_axes = transform(0.0, 0.0, -turn)
+        prior_covariance = world_axes @ np.diag(wheel_std**2) @ world_axes.T
         for _ in range(8):
-            target, source = (cast(world, there @ T, lidar, rng=rng) for T in (HERE, MOTION))
-            prior = to_xytheta(MOTION) + world_axes @ rng.normal(0.0, spread)
+            target, source = (cast(world, start @ T, lidar, rng=rng) for T in (HERE, MOTION))
+            prior = truth + world_axes @ rng.normal(0.0, wheel_std)
             result = icp(source, target, from_xytheta(prior), ODOMETRY)
-            alone = to_xytheta(result.T_target_source) - to_xytheta(MOTION)
-            x, C = fuse(result, noise, prior, P)
-            fused = x - to_xytheta(MOTION)
-            information = censi_information(result, noise)
-            nees.append([alone @ information @ alone / seen, fused @ np.linalg.solve(C, fused) / 3])
-    assert ((np.mean(nees, axis=0) > 0.5) & (np.mean(nees, axis=0) < 2.0)).all()
+            mean, covariance = fuse(result, noise, prior, prior_covariance)
+            error = result.xytheta - truth
+            of_match = error @ censi_information(result, noise) @ error
+            of_fusion = (mean - truth) @ np.linalg.solve(covariance, mean - truth)
+            nees.append([of_match / seen, of_fusion / 3])
+
+    mean_nees = np.mean(nees, axis=0)
+    assert ((mean_nees > 0.5) & (mean_nees < 2.0)).all()
 
 
 def test_point_to_point_knows_that_its_pairs_stick():

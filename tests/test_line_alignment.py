@@ -150,10 +150,11 @@ def test_information_from_normals_that_were_measured_twice(seed):
     rng = np.random.default_rng(seed)
     measured = normals @ rotation(rng.normal(0.0, 0.2)).T
     once = line_information(points, normals, weights)
-    arm, A = (points - weights @ points / weights.sum()) / once.length, np.zeros((3, 3))
-    for (x, y), n, m, weight in zip(arm, normals, measured, weights, strict=True):
-        first, second = (np.array([u, v, v * x - u * y]) for u, v in (n, m))
-        A += weight * (np.outer(first, second) + np.outer(second, first)) / 2.0
+    arms = (points - weights @ points / weights.sum()) / once.length
+    A = np.zeros((3, 3))
+    for (x, y), n, m, weight in zip(arms, normals, measured, weights, strict=True):
+        row, row_again = (np.array([u, v, v * x - u * y]) for u, v in (n, m))
+        A += weight * (np.outer(row, row_again) + np.outer(row_again, row)) / 2.0
     around = measured * rng.choice([-1.0, 1.0], len(measured))[:, None]
     for again in (measured, around):
         twice = line_information(points, normals, weights, again)

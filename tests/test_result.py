@@ -93,7 +93,9 @@ def test_a_result_tells_its_motion_and_covariance(in_the_room):
 
 
 def test_a_scan_stands_for_its_points(in_the_room):
-    source, target, T = in_the_room.source, in_the_room.target, transform(0.1, 0.0, 0.02)
+    source, target = in_the_room.source, in_the_room.target
+    T = transform(0.1, 0.0, 0.02)
+
     np.testing.assert_array_equal(apply(T, source), apply(T, source.points))
     of_scans = pairs_at(source, target, T, ACCURATE)
     of_points = pairs_at(source.points, Target(target), T, ACCURATE)

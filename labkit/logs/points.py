@@ -61,7 +61,8 @@ def read_points_table(
         _suspect_millimetres(rows[groups[0], 2:], report)
     sweeps = []
     for group in groups:
-        line, stamp = line_numbers[group][0], float(rows[group][0, 1])
+        line = line_numbers[group][0]
+        stamp = float(rows[group][0, 1])
         points = rows[group, 2:]
         if pair == XY:
             sweeps.append(Sweep(int(line), scanner.scan_of_points(points, stamp)))

@@ -214,7 +214,8 @@ def _track(bag: Bag, topic: Topic, report: DamageReport) -> FloatArray:
     rows = []
     for number, stamp, message in _messages(bag, topic, report):
         try:
-            place, q = message.pose.pose.position, message.pose.pose.orientation
+            place = message.pose.pose.position
+            q = message.pose.pose.orientation
             expect_near(place.x, place.y, "the pose")
             rows.append((stamp, place.x, place.y, planar_heading(q.x, q.y, q.z, q.w)))
         except DamagedLine as damage:

@@ -173,7 +173,8 @@ def scan_along(
     times = as_stamps(stamps, "stamps", len(rows)).tolist()
     generator = as_generator(rng)
     T = matrices_of(rows)
-    motions, durations = np.zeros_like(rows), np.zeros(len(rows))
+    motions = np.zeros_like(rows)
+    durations = np.zeros(len(rows))
     if skewed and len(rows) > 1:  # the last sweep moves on as the one before it
         motions = to_xytheta(relative(T[:-1], T[1:]))[[*range(len(rows) - 1), -1]]
         durations = np.diff(times)[[*range(len(rows) - 1), -1]]
