@@ -12,10 +12,8 @@ import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.covariance import fuse
-from labkit.degeneracy import spread_ratio
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
-from labkit.se2 import rotation
 from labkit.support.arrays import FloatArray
 from labkit.support.errors import DegenerateAlignmentError
 from labkit.target import Target
@@ -81,8 +79,6 @@ class StepRecord:
         Smallest eigenvalue of the information.
     degenerate : bool
         Whether the match leaves a direction free.
-    spread : float
-        The lesson's cheap corridor test; see `labkit.degeneracy.spread_ratio`.
     iterations : int
         ICP steps of the match.
     termination : Termination or None
@@ -112,7 +108,6 @@ class StepRecord:
     rotation: float = math.nan
     information: float = math.nan
     degenerate: bool = False
-    spread: float = math.nan
     iterations: int = 0
     termination: Termination | None = None
     agreement: float = math.nan
@@ -174,14 +169,12 @@ def record_of_match(
     result: IcpResult, increment: FloatArray, decision: Decision, T_target_last: FloatArray
 ) -> StepRecord:
     """The record of a step by a match that ends at `increment`, (3,), in the frame of scan k."""
-    x, y, heading = increment
     record = StepRecord(
         increment=increment,
         decision=decision,
         inlier_count=result.inlier_count,
         inlier_ratio=result.fitness,
-        rotation=abs(float(heading)),
-        spread=spread_ratio(result.source, rotation(heading).T @ [x, y]),
+        rotation=abs(float(increment[2])),
         iterations=result.iterations,
         termination=result.termination,
     )

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from labkit import IcpParameters, Scan, Target, Termination, icp
-from labkit.degeneracy import spread_ratio
 from labkit.odometry import (
     Decision,
     LessonOdometry,
@@ -71,17 +70,6 @@ def test_the_rmse_is_that_of_the_distances_from_the_lines():
     p, q = pairs.source[pairs.kept], target.points[pairs.target_index[pairs.kept]]
     from_line = (target.normals[pairs.target_index[pairs.kept]] * (p - q)).sum(axis=1)
     assert record.rmse == pytest.approx(math.sqrt(np.mean(from_line**2)), rel=1e-9)
-
-
-@pytest.mark.parametrize("turn", [0.0, 80.0])
-def test_the_spread_does_not_depend_on_how_far_the_robot_turned(turn):
-    turned = np.array([0.3, 0.0, math.radians(turn)])
-    older, ahead = two_scans(corridor(), np.array([0.3, 0.0, 0.0]))
-    newer = Scan.from_points(apply(from_xytheta([0.0, 0.0, -turned[2]]), ahead.points))
-
-    record = step(older, newer, turned)
-
-    assert record.spread == pytest.approx(spread_ratio(ahead, [1.0, 0.0]), rel=0.01)
 
 
 def test_the_retry_succeeds_where_the_first_match_failed():
