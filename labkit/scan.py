@@ -123,7 +123,7 @@ class Scan:
     @classmethod
     def from_points(cls, points: ArrayLike) -> Scan:
         """A scan of bare points, shape (N, 2) [m], in no particular order; N may be 0."""
-        return cls(points=as_points(points, "points", minimum=0))
+        return cls(points=points)  # type: ignore[arg-type]  # checked when it is made
 
     def __len__(self) -> int:
         return len(self.points)

@@ -29,6 +29,8 @@ def carried(scan: Scan, still: BoolArray, target: Target, T_target_scan: FloatAr
 
     `still` marks the points that lie as they lay; see `stands`.
     """
+    if still.mean() <= SHARE[0]:
+        return np.zeros(len(scan), np.bool_)
     _, off = target.search.query(apply(T_target_scan, scan.points))
     mask = still & (off > OFF)
     return np.asarray(mask & (SHARE[0] < mask.mean() < SHARE[1]))

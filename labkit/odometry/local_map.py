@@ -35,7 +35,6 @@ class LocalMap(NamedTuple):
     target: Target | None = None
     key: Target | None = None  # the newest key scan, as it was taken
     T_target_last: FloatArray = AT_TARGET
-    T_target_told: FloatArray = AT_TARGET  # the same by the priors alone
     sizes: tuple[int, ...] = ()  # points of each key scan, the oldest first
 
     def moved(
@@ -46,8 +45,7 @@ class LocalMap(NamedTuple):
         If a prior told the motion, what is carried along stays out of the map.
         """
         T_last = self.T_target_last @ from_xytheta(increment)
-        T_told = self.T_target_told @ from_xytheta(increment if prior is None else prior)
-        here = self._replace(T_target_last=T_last, T_target_told=T_told)
+        here = self._replace(T_target_last=T_last)
         moved, turned = step_length(AT_TARGET, T_last)
         is_near = moved <= KEY_DISTANCE and turned <= KEY_ROTATION
         if len(scan) < MIN_PAIRS or (self.target and matched and is_near):

@@ -3,7 +3,7 @@
 propose   where the robot may be: by the wheels or the last motions, and by a search
 match     ICP from each of these places
 score     how well the scan lies on the map there, and how unexpected the motion is  (5.3)
-choose    the highest score; if it is low, the wheels, or the last motion, tell more
+choose    the highest score; the wheels' own pose, or the last motion, may tell more
 """
 
 from __future__ import annotations
@@ -18,15 +18,14 @@ from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.base import Odometry
 from labkit.odometry.choose import (
     GOOD_MEAN_SCORE,
-    MIN_SCORE,
-    MIN_SCORE_ALONE,
     WATCHED,
     choose,
+    is_believed,
     min_score,
 )
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
-from labkit.odometry.match import Match, match
+from labkit.odometry.match import Match, match, stay
 from labkit.odometry.propose import believable_wheels, expect, propose
 from labkit.odometry.record import STILL, Decision, Evidence, StepRecord, no_match, record_of_match
 from labkit.odometry.sanity import SanityLimits, prior_failures, unknown_std
@@ -123,12 +122,15 @@ class MapOdometry(Odometry[MapState]):
             if best.score >= expected.sure and not (best.is_degenerate and prior is None):
                 break
         decision = Decision.ICP if best is matches[0] else Decision.SEARCH
+        if prior is not None:
+            unmoved = stay(scan, target, expected, self.parameters.icp)
+            if unmoved.agreement > 0.0 and unmoved.agreement >= best.agreement:
+                best, decision = unmoved, Decision.ICP
         record = record_of_best(best, margin, T_map_last, decision)
-        least = MIN_SCORE_ALONE if prior is None else min_score(state.scores)
-        if best.score > least:
+        if is_believed(best, None if prior is None else state.scores):
             return believe(record, prior, limits)
-        record = replace(record, led=least > MIN_SCORE)
-        return refuse(record, prior, state.last_motion, limits)
+        led = prior is not None and min_score(state.scores) > 0.0
+        return refuse(replace(record, led=led), prior, state.last_motion, limits)
 
 
 def record_of_best(
@@ -161,7 +163,7 @@ def refuse(
         decision = Decision.HOLD if last_motion.any() else Decision.STAND
     evidence = Evidence(unknown_std(prior, limits))
     T_taken_refused = None
-    if prior is not None and record.agreement > MIN_SCORE and not record.led:
+    if prior is not None and record.agreement > 0.0 and not record.led:
         T_taken_refused = relative(from_xytheta(prior), from_xytheta(record.increment))
     return replace(
         record,

@@ -10,7 +10,7 @@ from labkit.icp import icp
 from labkit.odometry.propose import Expectation
 from labkit.odometry.score import score
 from labkit.parameters import IcpParameters
-from labkit.result import IcpResult, step_length
+from labkit.result import IcpResult, Termination, step_length
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
@@ -35,6 +35,19 @@ class Match(NamedTuple):
         """True if the match leaves a direction free."""
         seen = self.result.observability
         return seen is None or seen.degenerate
+
+
+def stay(scan: Scan, target: Target, expected: Expectation, parameters: IcpParameters) -> Match:
+    """Match without a step: the scan as it lies at the most expected pose."""
+    result = IcpResult(
+        termination=Termination.CONVERGED_COST,
+        source=scan,
+        target=target,
+        parameters=parameters,
+        poses=np.array(expected.poses[:1]),
+        coarse_poses=0,
+    )
+    return Match(result, *score(result, expected))
 
 
 def match(

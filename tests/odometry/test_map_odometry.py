@@ -22,7 +22,7 @@ from labkit.odometry.local_map import LocalMap
 from labkit.odometry.map_odometry import MapState
 from labkit.odometry.record import RANGE_STD, Evidence
 from labkit.parameters import ACCURATE
-from labkit.se2 import from_xytheta
+from labkit.se2 import apply, from_xytheta, invert
 from labkit.simulation import (
     Lidar,
     WheelNoise,
@@ -93,6 +93,17 @@ def test_wheels_that_jump_are_overruled_and_the_record_says_so(off):
     assert record.against_prior
     assert record.is_doubtful
     assert "from the prior" in record.reason
+
+
+def test_a_match_that_scores_no_more_than_the_wheels_leaves_the_step_to_them():
+    older, _ = two_scans(room())
+    newer = Scan.from_points(apply(invert(from_xytheta(MOTION)), older.points))
+
+    record = step(older, newer, MOTION)
+
+    np.testing.assert_allclose(record.increment, MOTION, atol=1e-12)
+    assert record.iterations == 0
+    assert not record.is_doubtful
 
 
 def test_a_scan_that_fits_nowhere_leaves_the_step_to_the_wheels():

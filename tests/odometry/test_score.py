@@ -7,7 +7,7 @@ import pytest
 
 from labkit import IcpParameters, Scan, Target, icp
 from labkit.correspondences import huber_loss
-from labkit.odometry.choose import MIN_SCORE, TIE, WATCHED, choose, min_score
+from labkit.odometry.choose import TIE, WATCHED, choose, is_believed, min_score
 from labkit.odometry.match import Match
 from labkit.odometry.propose import WHEEL_COST, expect, propose
 from labkit.odometry.sanity import SanityLimits
@@ -126,7 +126,7 @@ def test_the_less_sure_the_wheels_the_higher_the_score_that_needs_no_search():
     sure = [expect(np.eye(3), np.array(prior), np.zeros((1, 3))).sure for prior in motions]
 
     alone = expect(np.eye(3), None, np.zeros((1, 3))).sure
-    assert MIN_SCORE < sure[0] < sure[1] < sure[2] < sure[3] == alone
+    assert 0.0 < sure[0] < sure[1] < sure[2] < sure[3] == alone
 
 
 def test_nothing_is_searched_for_unless_it_is_asked_for(monkeypatch):
@@ -162,7 +162,7 @@ def matches_of(*scores):
         ([0.5, 0.6, 0.4], 1, 0.1),
         ([-math.inf, 0.6], 1, math.nan),
         ([0.6, 0.6 + 0.9 * TIE], 0, -0.9 * TIE),
-        ([0.6, MIN_SCORE], 0, math.nan),
+        ([0.6, 0.0], 0, math.nan),
     ],
 )
 def test_the_highest_score_is_chosen_and_the_first_of_equals(scores, taken, margin):
@@ -174,9 +174,24 @@ def test_the_highest_score_is_chosen_and_the_first_of_equals(scores, taken, marg
     assert found == pytest.approx(margin, nan_ok=True)
 
 
+@pytest.mark.parametrize(
+    ("score_of", "agreement", "beside_wheels", "alone"),
+    [(0.2, 0.6, True, True), (0.25, 0.25, False, True), (0.05, 0.45, True, False)],
+)
+def test_wheels_are_overruled_by_what_agrees_and_the_last_motion_by_less(
+    score_of, agreement, beside_wheels, alone
+):
+    """Wheels that slip cost a right match 0.4 at most of its score, and nothing of what fits."""
+    best = matches_of(score_of)[0]._replace(agreement=agreement)
+
+    assert is_believed(best, scores=[0.9]) == beside_wheels
+    assert is_believed(best, scores=None) == alone
+    assert not is_believed(best, scores=[0.3] * WATCHED)
+
+
 def test_the_lower_the_last_scores_the_more_a_match_must_score():
     means = (0.0, 0.3, 0.5, 0.7, 0.9)
     least = [min_score([mean] * WATCHED) for mean in means]
 
     assert least == sorted(least, reverse=True)
-    assert least[0] > 1.0 > least[2] > least[-1] == min_score([]) == MIN_SCORE
+    assert least[0] > 1.0 > least[2] > least[-1] == min_score([]) == 0.0
