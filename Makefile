@@ -21,7 +21,7 @@ COMMA := ,
 NOTEBOOKS := $(wildcard notebooks/*.ipynb)
 # Newer than the notebooks and the code with which they ran.
 RAN := _build/ran
-NBVAL := $(BIN)/pytest -q -p patient_nbval --nbval-lax --nbval-current-env
+NBVAL := $(BIN)/pytest -q -p tests.tools.patient_nbval --nbval-lax --nbval-current-env
 BENCH := .venv-bench
 WARM = $(BIN)/python -m labkit.support.warm  # compiles the stages where they are new
 

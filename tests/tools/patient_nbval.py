@@ -3,7 +3,7 @@
 nbval gives a kernel 60 seconds to start, 10 for its first answer and 30 for its first output, and
 a cell 5 for its last output: on a busy machine a clock would decide whether a notebook is right.
 
-    pytest -p patient_nbval --nbval-lax --nbval-current-env notebooks/03_correspondences.ipynb
+    pytest -p tests.tools.patient_nbval --nbval-lax --nbval-current-env notebooks/03*.ipynb
 """
 
 from queue import Empty
