@@ -173,7 +173,7 @@ def is_answer_of(misconception: str, question: Question, case: Case, value: Valu
     return any(
         str(got) == str(wrong)
         if isinstance(got, str) or isinstance(wrong, str)
-        else _close(got, wrong, _allowed(question, case, wrong))
+        else _close(_half_turns_as(got, wrong), wrong, _allowed(question, case, wrong))
         for wrong in _wrong(question.answer, case, misconception)
     )
 
@@ -181,14 +181,12 @@ def is_answer_of(misconception: str, question: Question, case: Case, value: Valu
 def _adjusted(got: FloatArray, wanted: FloatArray, question: Question, case: Case) -> FloatArray:
     """The answer, with what is as right as the wanted entry in the form of it.
 
-    An angle beside −π becomes π: single precision has no −π and no π. An index becomes the
-    wanted one wherever its own names a target point just as near.
+    An index becomes the wanted one wherever its own names a target point just as near.
     """
+    if question.answer is not Answer.MATCHES:
+        return _half_turns_as(got, wanted)
     if got.shape != wanted.shape:
         return got
-    if question.answer is not Answer.MATCHES:
-        beside = (np.abs(got + np.pi) < 1e-6) & ((got > -np.pi) | (got < -np.pi - 1e-9))
-        return np.where(beside & (np.abs(wanted - np.pi) < 1e-9), got + 2.0 * np.pi, got)
     source, target = (np.asarray(points, dtype=np.float64) for points in case.arguments[:2])
     index = got[:, 0]
     inside = (index == np.round(index)) & (index >= 0) & (index < len(target))
@@ -196,6 +194,14 @@ def _adjusted(got: FloatArray, wanted: FloatArray, question: Question, case: Cas
     apart = np.linalg.norm(source - target[chosen], axis=1) - wanted[:, 1]
     as_near = inside & (apart <= case.tolerance)
     return np.column_stack([np.where(as_near, wanted[:, 0], index), got[:, 1]])
+
+
+def _half_turns_as(got: FloatArray, wanted: FloatArray) -> FloatArray:
+    """The answer with π for an angle beside −π where π is wanted: single precision has neither."""
+    if got.shape != wanted.shape:
+        return got
+    beside = (np.abs(got + np.pi) < 1e-6) & ((got > -np.pi) | (got < -np.pi - 1e-9))
+    return np.where(beside & (np.abs(wanted - np.pi) < 1e-9), got + 2.0 * np.pi, got)
 
 
 def _read(answer: Answer, value: Value) -> FloatArray | str:

@@ -266,6 +266,18 @@ def test_answers_of_two_mistakes_name_neither():
     assert recognise(question, cases, mixed) is None
 
 
+def test_a_mistake_at_half_a_turn_may_be_pi_or_minus_pi():
+    """What is left of a path that is turned backwards is right there, and it is still named."""
+    question = ASSIGNMENT.question("integrate")
+    cases = ASSIGNMENT.cases("integrate")
+    known = "turned_backwards"
+
+    verdict = assess(question, cases, [returned(case, case.mistaken[known][0]) for case in cases])
+
+    assert any(case.passed for case in verdict.cases)
+    assert verdict.misconception == known
+
+
 def test_a_mistake_in_the_form_of_the_answer_is_known_by_its_form():
     question = ASSIGNMENT.question("distance_gate")
     case = Case(
