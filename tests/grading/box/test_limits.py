@@ -97,7 +97,8 @@ def test_usage_is_what_the_system_counts_whatever_a_process_calls_itself():
 
 
 def test_the_user_of_a_box_has_no_process(monkeypatch):
-    taken = {path.stat().st_uid for path in Path("/proc").glob("[0-9]*") if path.exists()}
-    monkeypatch.setattr(outside, "USERS", iter([*taken, 59_999]))
+    """This process has one, and no account here."""
+    monkeypatch.setattr("pwd.getpwall", list)
+    monkeypatch.setattr(outside, "USERS", iter([os.getuid(), 70_001]))  # beyond all graders'
 
-    assert unused_user() == 59_999
+    assert unused_user() == 70_001

@@ -1,0 +1,22 @@
+"""A fault costs the function in which it stands, and is told by its line."""
+
+import pytest
+
+from labkit.grading.box.inside.parsing import statements
+
+FAULTY = {  # a function whose fourth line is no Python
+    "a signature of many lines": "def f(\n    x,\n):\n    return (x\n",
+    "a decorator": "@wraps\ndef f(x):\n    y = x\n    return (y\n",
+    "a line of its own": "def f(x):\n    y = [\n        x]\n    return y y\n",
+}
+
+
+@pytest.mark.parametrize("kind", FAULTY)
+def test_what_is_no_python_costs_its_function_and_is_told_by_its_line(kind):
+    source = f"{FAULTY[kind]}\n\ndef g(x):\n    return x\n"
+
+    nodes, faults = statements(source, "cell 7")
+
+    assert [node.name for node in nodes] == ["g"]
+    assert next(iter(faults)) == "f"  # which the page tells
+    assert faults["f"].startswith("line 4 of cell 7 is no Python")
