@@ -14,18 +14,17 @@ import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.line_alignment import Information
+from labkit.odometry.carried import stands
 from labkit.odometry.sanity import SanityLimits
-from labkit.odometry.search import apart, search
+from labkit.odometry.search import STARTS, apart, search
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
-MOST_EXPECTED = 8  # expected poses that are tried, apart from each other
 AT_REST = 0.02, math.radians(0.5)  # [m] and [rad]: wheels that tell less say that they stand
-SAME_PLACE = 0.1  # [m]: a point that lies as near to where one lay before has not moved
-SAME_VIEW = 0.9  # share of such points where the robot stands
+SAME_VIEW = 0.9  # share of points that lie as they lay, where the robot stands
 WIDEN = 1.5  # times the longest of the last motions: the search reaches as far
 
 WHEEL_SHIFT = 0.1  # [m]: usual error of wheels at rest; it grows with the motion,
@@ -115,8 +114,7 @@ def believable_wheels(
     moved, turned = step_length(np.eye(3), from_xytheta(prior))
     if moved > AT_REST[0] or turned > AT_REST[1]:
         return prior
-    same = np.mean(before.search.query(scan.points)[1] < SAME_PLACE)
-    return prior if same >= SAME_VIEW else None
+    return prior if np.mean(stands(scan, before)) >= SAME_VIEW else None
 
 
 def propose(
@@ -131,5 +129,5 @@ def propose(
     motions = [step_length(T_map_last, T) for T in expected.poses]
     shift = max(limits.max_translation, *(WIDEN * moved for moved, _ in motions))
     turn = max(limits.max_rotation, *(WIDEN * turned for _, turned in motions))
-    others = apart(expected.poses, MOST_EXPECTED)[1:]
+    others = apart(expected.poses, STARTS)[1:]
     yield [*others, *search(scan, target, T_map_last, (shift, min(turn, math.pi)))]

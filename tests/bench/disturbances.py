@@ -384,12 +384,7 @@ log in one way, and runs the [lab's odometry](odometry.md) on it. The figures ar
 median of some runs, whose ranges differ by a millimetre of noise, the smallest and the largest, and
 that of the wheels alone, disturbed as they are. One run scatters by a factor of two, and so may the
 median of few. `tests/bench/disturbances.py` writes this page, and knows more disturbances than were
-measured here.
-
-The tables are of a version that searched more often, except for the rows of late wheels and of no
-return told as 8 m. The version of today has these medians of three runs. Clean: csail 0.21,
-acapulco 0.29, aces 1.28. Every 2nd scan: 1.61, 0.45, 1.72. Wheels that slip: csail 0.29,
-acapulco 0.86. Wheels that jump: aces 5.24."""
+measured here."""
 
 KNOWN = """\
 ## Does it know?
