@@ -55,7 +55,7 @@ class MapState(NamedTuple):
         matched, increment = record.decision.matched, record.increment
         held = record.decision in (Decision.HOLD, Decision.STAND)
         measured = (increment,) if matched and not record.degenerate else ()
-        scored = record.prior is not None and record.termination is not None
+        scored = record.prior is not None and not math.isnan(record.score)
         scores = (max(0.0, record.score), *self.scores) if scored else self.scores
         return MapState(
             pose=integrate_step(self.pose, increment),
@@ -139,6 +139,8 @@ def record_of_best(
     """The record of a step that takes the best of its matches."""
     increment = to_xytheta(invert(T_map_last) @ best.T)
     record = record_of_match(best.result, increment, decision, T_map_last)
+    if not best.result.termination.failed and best.result.iterations == 0:
+        record = replace(record, termination=None)  # the scan as it lies: no run of ICP ended
     return replace(record, agreement=best.agreement, score=best.score, margin=margin)
 
 
@@ -146,6 +148,8 @@ def believe(record: StepRecord, prior: FloatArray | None, limits: SanityLimits) 
     """The record of a match that is believed, also where it lies against the prior."""
     reasons = [] if prior is None else prior_failures(record.increment, prior, limits)
     against_prior = bool(reasons)
+    if record.termination is None:
+        reasons.append("the scan lies on the map at the wheels' own pose as well as matched")
     if record.ambiguous:
         reasons.append(f"ambiguous: the scan fits elsewhere, too ({record.margin:+.3f})")
     evidence = record.evidence._replace(std=unknown_std(prior, limits))

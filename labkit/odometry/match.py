@@ -38,7 +38,10 @@ class Match(NamedTuple):
 
 
 def stay(scan: Scan, target: Target, expected: Expectation, parameters: IcpParameters) -> Match:
-    """Match without a step: the scan as it lies at the most expected pose."""
+    """Match without a step: the scan as it lies at the most expected pose.
+
+    No run of ICP ended there; nobody reads its termination.
+    """
     result = IcpResult(
         termination=Termination.CONVERGED_COST,
         source=scan,

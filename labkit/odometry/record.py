@@ -80,9 +80,9 @@ class StepRecord:
     degenerate : bool
         Whether the match leaves a direction free.
     iterations : int
-        ICP steps of the match.
+        ICP steps of the match; 0 where the wheels' own pose agrees as well.
     termination : Termination or None
-        How the match ended.
+        How the match ended; None without one, and where the wheels' own pose agrees as well.
     agreement : float
         1 where all of the scan lies on the map, 0 where none does, less where beams look through
         its walls; of the lab's odometry alone, as the next three.
