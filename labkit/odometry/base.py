@@ -66,8 +66,8 @@ class Odometry(ABC, Generic[State]):
             The increment (Δx, Δy, Δψ) that wheels or an IMU report; NaN stands for none. The
             first scan has none.
         """
-        expected = self._checked_prior(prior)
-        filtered = self._filtered(scan)
+        expected = self._check_prior(prior)
+        filtered = self._filter(scan)
         record, self._state = self.advance(self._state, filtered, expected)
         return replace(record, increment=record.increment.copy())  # the caller may change it
 
@@ -82,7 +82,7 @@ class Odometry(ABC, Generic[State]):
         pose = f"({x:.3f} m, {y:.3f} m, {heading:.3f} rad)"
         return f"{type(self).__name__}({self._state.scans} scans, pose {pose})"
 
-    def _checked_prior(self, prior: ArrayLike | None) -> FloatArray | None:
+    def _check_prior(self, prior: ArrayLike | None) -> FloatArray | None:
         """The prior as a row (3,), or None where there is none."""
         if prior is None:
             return None
@@ -97,7 +97,7 @@ class Odometry(ABC, Generic[State]):
             )
         return expected
 
-    def _filtered(self, scan: Scan | ArrayLike) -> Scan:
+    def _filter(self, scan: Scan | ArrayLike) -> Scan:
         """The scan after the filters; an error names it."""
         if isinstance(scan, list | tuple | np.ndarray) and len(scan) == 0:
             return NO_POINTS

@@ -15,22 +15,28 @@ from labkit.se2 import apply
 from labkit.support.arrays import BoolArray, FloatArray
 from labkit.target import Target
 
-NEAR, OFF = 0.1, 0.2  # [m]: a point that lies as it lay; a point that lies on nothing
-SHARE = 0.1, 0.65  # of a scan that is carried: less is chance, and more says that wheels slip
+REPEAT_DISTANCE = 0.1  # [m]: a point repeats an earlier one that lies nearer than this
+OFF_MAP_DISTANCE = 0.2  # [m]: a point is off the map if all of the map lies farther away
+MIN_CARRIED_SHARE = 0.1  # of a scan's points: fewer lie so by chance
+MAX_CARRIED_SHARE = 0.65  # of a scan's points: more say that the wheels slip
 
 
-def stands(scan: Scan, before: Target) -> BoolArray:
+def mask_repeats(scan: Scan, earlier: Target) -> BoolArray:
     """Mask of the points that lie where an earlier scan had one, both as the scanner sees them."""
-    return np.asarray(before.search.query(scan.points)[1] < NEAR)
+    _, distances = earlier.search.query(scan.points)
+    return np.asarray(distances < REPEAT_DISTANCE)
 
 
-def carried(scan: Scan, still: BoolArray, target: Target, T_target_scan: FloatArray) -> BoolArray:
+def mask_carried(
+    scan: Scan, repeats: BoolArray, target: Target, T_target_scan: FloatArray
+) -> BoolArray:
     """Mask of the points that are carried along; none where they are too few, or nearly all.
 
-    `still` marks the points that lie as they lay; see `stands`.
+    `repeats` marks the points that lie as they lay; see `mask_repeats`.
     """
-    if still.mean() <= SHARE[0]:
+    if repeats.mean() <= MIN_CARRIED_SHARE:
         return np.zeros(len(scan), np.bool_)
-    _, off = target.search.query(apply(T_target_scan, scan.points))
-    mask = still & (off > OFF)
-    return np.asarray(mask & (SHARE[0] < mask.mean() < SHARE[1]))
+    _, distances = target.search.query(apply(T_target_scan, scan.points))
+    carried = repeats & (distances > OFF_MAP_DISTANCE)
+    share_is_usual = MIN_CARRIED_SHARE < carried.mean() < MAX_CARRIED_SHARE
+    return np.asarray(carried & share_is_usual)

@@ -6,15 +6,16 @@ import math
 from collections.abc import Sequence
 
 from labkit.odometry.match import Match
-from labkit.odometry.search import alike
+from labkit.odometry.search import is_same_pose
 
 MIN_AGREEMENT_BESIDE_WHEELS = 0.3  # a match that agrees less tells less than the wheels
-MIN_SCORE_ALONE = 0.1  # without wheels: one that scores less tells less than the last motion
-WATCHED = 40  # steps whose best scores tell whether matches are to be believed beside wheels
-GOOD_MEAN_SCORE = 0.68  # of these steps: below it a match beside wheels has to score
-STEEPNESS = 3.5  # so much for each point that the mean is lower
-USUAL_SCORE, USUAL_STEPS = 0.9, 10  # a run begins as if so many steps had scored so much
-TIE = 0.01  # scores that differ by less are equal: the first tried wins
+MIN_SCORE_ALONE = 0.1  # without wheels: a match that scores less tells less than the last motion
+SCORE_HISTORY = 40  # steps: their best scores tell whether to believe matches beside wheels
+GOOD_MEAN_SCORE = 0.68  # of these steps: below it a match beside wheels needs a score
+MIN_SCORE_SLOPE = 3.5  # this score over what the mean lacks
+USUAL_STEPS = 10  # steps that stand in for the history when a run begins
+USUAL_SCORE = 0.9  # of each of these steps
+TIE = 0.01  # scores that differ by less are equal: the match that was tried first wins
 
 
 def choose(matches: Sequence[Match]) -> tuple[Match, float]:
@@ -23,10 +24,12 @@ def choose(matches: Sequence[Match]) -> tuple[Match, float]:
     The margin is by how much its agreement exceeds that of the best match that ended elsewhere;
     NaN where none did that scores more than 0.
     """
-    highest = max(each.score for each in matches)
-    best = next(each for each in matches if each.score >= highest - TIE)
+    highest = max(match.score for match in matches)
+    best = next(match for match in matches if match.score >= highest - TIE)
     elsewhere = [
-        each.agreement for each in matches if each.score > 0.0 and not alike(best.T, each.T)
+        match.agreement
+        for match in matches
+        if match.score > 0.0 and not is_same_pose(best.T, match.T)
     ]
     return best, best.agreement - max(elsewhere, default=math.nan)
 
@@ -50,4 +53,4 @@ def min_score(scores: Sequence[float]) -> float:
     """
     total = sum(scores) + USUAL_STEPS * USUAL_SCORE
     mean = total / (len(scores) + USUAL_STEPS)
-    return STEEPNESS * max(0.0, GOOD_MEAN_SCORE - mean)
+    return MIN_SCORE_SLOPE * max(0.0, GOOD_MEAN_SCORE - mean)

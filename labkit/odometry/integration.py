@@ -29,15 +29,17 @@ def integrate_step(pose: ArrayLike, increment: ArrayLike) -> FloatArray:
     x, y, heading = as_pose(pose, "pose").tolist()
     dx, dy, turn = as_pose(increment, "increment").tolist()
     c, s = math.cos(heading), math.sin(heading)
-    moved = [x + (c * dx - s * dy), y + (s * dx + c * dy)]  # (5.2)
-    return np.array([*moved, wrap(heading + turn)])  # (5.1)
+    new_x = x + (c * dx - s * dy)  # (5.2)
+    new_y = y + (s * dx + c * dy)
+    return np.array([new_x, new_y, wrap(heading + turn)])  # (5.1)
 
 
 def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
     """Poses (K+1, 3) from K increments (K, 3), each in the frame of the pose before it."""
     still = np.zeros((1, 3))  # only wraps the heading of the start
     steps = np.vstack([still, as_poses(increments, "increments", minimum=0)])
-    return np.array(list(accumulate(steps, integrate_step, initial=as_pose(start, "start"))))[1:]
+    poses = list(accumulate(steps, integrate_step, initial=as_pose(start, "start")))
+    return np.array(poses)[1:]
 
 
 def increments_between(poses: ArrayLike) -> FloatArray:
@@ -46,9 +48,10 @@ def increments_between(poses: ArrayLike) -> FloatArray:
     A pose of NaN is unknown, and so are the increments before it and after it.
     """
     rows = as_poses(poses, "poses", gaps=True)
-    T_world, unknown = matrices_of(np.nan_to_num(rows)), np.isnan(rows)
+    is_unknown = np.isnan(rows)
+    T_world = matrices_of(np.nan_to_num(rows))
     steps = to_xytheta(relative(T_world[:-1], T_world[1:]))
-    return np.where(unknown[:-1] | unknown[1:], np.nan, steps)
+    return np.where(is_unknown[:-1] | is_unknown[1:], np.nan, steps)
 
 
 def increments_of_scanner(increments: FloatArray, laser_offset: ArrayLike) -> FloatArray:
@@ -59,9 +62,9 @@ def increments_of_scanner(increments: FloatArray, laser_offset: ArrayLike) -> Fl
     offset = as_numbers(laser_offset, "laser_offset", "x, y, θ")
     check_angles(offset[2:], "laser_offset")
     T_robot_laser = matrices_of(offset)
-    moved = np.full_like(increments, np.nan)
-    told = np.isfinite(increments).all(axis=1)
-    if told.any():
-        T_robot = matrices_of(increments[told])
-        moved[told] = to_xytheta(relative(T_robot_laser, T_robot @ T_robot_laser))
-    return moved
+    motions = np.full_like(increments, np.nan)
+    is_known = np.isfinite(increments).all(axis=1)
+    if is_known.any():
+        T_robot = matrices_of(increments[is_known])
+        motions[is_known] = to_xytheta(relative(T_robot_laser, T_robot @ T_robot_laser))
+    return motions

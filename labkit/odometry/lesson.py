@@ -17,7 +17,7 @@ from labkit.odometry.base import Odometry
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import STILL, Decision, Evidence, StepRecord, no_match, record_of_match
-from labkit.odometry.sanity import failed_checks, unknown_std
+from labkit.odometry.sanity import match_failures, unknown_std
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, to_xytheta
 from labkit.support.arrays import FloatArray
@@ -60,17 +60,17 @@ class LessonOdometry(Odometry[LessonState]):
         record = StepRecord(increment=STILL, decision=Decision.START)
         if state.scans > 0:
             record = lesson_step(scan, state, prior, self.parameters)
-        held = record.decision in (Decision.HOLD, Decision.STAND)
-        after = LessonState(
+        is_held = record.decision in (Decision.HOLD, Decision.STAND)
+        next_state = LessonState(
             pose=integrate_step(state.pose, record.increment),  # C
             scans=state.scans + 1,
             target=state.target,
             T_target_last=state.T_target_last @ from_xytheta(record.increment),
-            last_motion=STILL if held else record.increment,  # hold a motion only once
+            last_motion=STILL if is_held else record.increment,  # hold a motion only once
         )
         if len(scan) >= MIN_PAIRS:
-            after = after._replace(target=Target(scan), T_target_last=np.eye(3))
-        return record, after
+            next_state = next_state._replace(target=Target(scan), T_target_last=np.eye(3))
+        return record, next_state
 
 
 def lesson_step(
@@ -89,7 +89,7 @@ def lesson_step(
     ):
         result = icp(scan, state.target, T_guess, matcher)  # A
         increment = to_xytheta(invert(state.T_target_last) @ result.T_target_source)  # B
-        failures = failed_checks(result, increment, prior, parameters.limits)  # D
+        failures = match_failures(result, increment, prior, parameters.limits)  # D
         record = record_of_match(result, increment, decision, state.T_target_last)
         if not failures:
             evidence = record.evidence._replace(std=std)

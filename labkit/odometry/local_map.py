@@ -13,15 +13,16 @@ from typing import NamedTuple
 import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
-from labkit.odometry.carried import carried, stands
+from labkit.odometry.carried import mask_carried, mask_repeats
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, invert
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
-KEY_SCANS = 30  # the map's memory, however long the robot drives
-KEY_DISTANCE, KEY_ROTATION = 0.3, math.radians(20.0)  # [m] and [rad] between two key scans
+KEY_SCANS = 30  # in the map, however long the robot drives
+KEY_DISTANCE = 0.3  # [m]: a robot that drove farther takes a new key scan,
+KEY_ROTATION = math.radians(20.0)  # [rad]: and so does one that turned farther
 MAP_CELL = 0.05  # [m]: a key scan keeps one point in each square of this size
 AT_TARGET = np.eye(3)
 
@@ -37,7 +38,7 @@ class LocalMap(NamedTuple):
     T_target_last: FloatArray = AT_TARGET
     sizes: tuple[int, ...] = ()  # points of each key scan, the oldest first
 
-    def moved(
+    def advance(
         self, scan: Scan, increment: FloatArray, prior: FloatArray | None, *, matched: bool
     ) -> LocalMap:
         """The map after the newest scan, one `increment` (Δx, Δy, Δψ) on.
@@ -45,26 +46,29 @@ class LocalMap(NamedTuple):
         If a prior told the motion, what is carried along stays out of the map.
         """
         T_last = self.T_target_last @ from_xytheta(increment)
-        here = self._replace(T_target_last=T_last)
-        moved, turned = step_length(AT_TARGET, T_last)
-        is_near = moved <= KEY_DISTANCE and turned <= KEY_ROTATION
+        same_map = self._replace(T_target_last=T_last)
+        distance, rotation = step_length(AT_TARGET, T_last)
+        is_near = distance <= KEY_DISTANCE and rotation <= KEY_ROTATION
         if len(scan) < MIN_PAIRS or (self.target and matched and is_near):
-            return here
-        key = fixed = Target(scan)
+            return same_map
+        key = Target(scan)
+        fixed = key
         if prior is not None and self.target and self.key:
-            off = carried(scan, stands(scan, self.key), self.target, T_last)
-            fixed = Target(scan.select(~off)) if off.any() else key
-        return here._with(fixed, key)
+            carried = mask_carried(scan, mask_repeats(scan, self.key), self.target, T_last)
+            if carried.any():
+                fixed = Target(scan.select(~carried))
+        return same_map._add_key_scan(fixed, key)
 
-    def _with(self, newest: Target, key: Target) -> LocalMap:
+    def _add_key_scan(self, newest: Target, key: Target) -> LocalMap:
         """Add a key scan: of each cell the first point, with its normal among all of the scan.
 
         The map moves into the frame of this scan, and loses the oldest one beyond `KEY_SCANS`.
         """
         cells = np.floor(newest.points / MAP_CELL) @ [1.0, 1j]
-        kept = np.sort(np.unique(cells, return_index=True)[1])
-        points, normals = newest.points[kept], newest.normals[kept]
-        sizes = (*self.sizes, len(kept))
+        first_of_cell = np.sort(np.unique(cells, return_index=True)[1])
+        points = newest.points[first_of_cell]
+        normals = newest.normals[first_of_cell]
+        sizes = (*self.sizes, len(first_of_cell))
         if self.target:
             T = invert(self.T_target_last)
             surplus = sum(sizes[:-KEY_SCANS])

@@ -18,7 +18,7 @@ from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.base import Odometry
 from labkit.odometry.choose import (
     GOOD_MEAN_SCORE,
-    WATCHED,
+    SCORE_HISTORY,
     choose,
     is_believed,
     min_score,
@@ -34,7 +34,7 @@ from labkit.se2 import from_xytheta, invert, relative, to_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
-REMEMBERED = 20  # motions
+MOTION_HISTORY = 20  # motions that a later step may repeat
 
 
 class MapState(NamedTuple):
@@ -52,21 +52,25 @@ class MapState(NamedTuple):
 
     def after(self, record: StepRecord, scan: Scan) -> MapState:
         """The state after a step."""
-        matched, increment = record.decision.matched, record.increment
-        held = record.decision in (Decision.HOLD, Decision.STAND)
-        measured = (increment,) if matched and not record.degenerate else ()
-        scored = record.prior is not None and not math.isnan(record.score)
-        scores = (max(0.0, record.score), *self.scores) if scored else self.scores
+        matched = record.decision.matched
+        increment = record.increment
+        is_held = record.decision in (Decision.HOLD, Decision.STAND)
+        motions = self.motions
+        if matched and not record.degenerate:
+            motions = (increment, *motions)
+        scores = self.scores
+        if record.prior is not None and not math.isnan(record.score):
+            scores = (max(0.0, record.score), *scores)
         return MapState(
             pose=integrate_step(self.pose, increment),
             scans=self.scans + 1,
-            map=self.map.moved(scan, increment, record.prior, matched=matched),
+            map=self.map.advance(scan, increment, record.prior, matched=matched),
             last_scan=Target(scan) if len(scan) >= MIN_PAIRS else self.last_scan,
-            last_motion=STILL if held else increment,  # hold a motion only once
-            motions=(*measured, *self.motions)[:REMEMBERED],
+            last_motion=STILL if is_held else increment,  # hold a motion only once
+            motions=motions[:MOTION_HISTORY],
             lost=0 if matched else self.lost + 1,
             T_last_refused=record.T_taken_refused,
-            scores=scores[:WATCHED],
+            scores=scores[:SCORE_HISTORY],
         )
 
 
@@ -106,26 +110,27 @@ class MapOdometry(Odometry[MapState]):
 
     def step(self, state: MapState, scan: Scan, prior: FloatArray | None) -> StepRecord:
         """Propose, match, score and choose."""
-        target, T_map_last = state.map.target, state.map.T_target_last
-        limits = widen(self.parameters.limits, state.lost if prior is None else 0)
+        target = state.map.target
+        T_map_last = state.map.T_target_last
+        limits = widen_limits(self.parameters.limits, state.lost if prior is None else 0)
         if target is None or len(scan) < MIN_PAIRS:
             record = no_match("older" if target is None else "newer")
             return refuse(record, prior, state.last_motion, limits)
-        expected = expect(
-            T_map_last, prior, np.array([state.last_motion, *state.motions]), state.T_last_refused
-        )
+        motions = np.array([state.last_motion, *state.motions])
+        expected = expect(T_map_last, prior, motions, state.T_last_refused)
         matches: list[Match] = []
         for candidates in propose(scan, target, T_map_last, expected, limits):
             for T_guess in candidates:
                 matches.append(match(scan, target, T_guess, expected, self.parameters.icp))
             best, margin = choose(matches)
-            if best.score >= expected.sure and not (best.is_degenerate and prior is None):
+            if best.score >= expected.sure_score and not (best.is_degenerate and prior is None):
                 break
         decision = Decision.ICP if best is matches[0] else Decision.SEARCH
         if prior is not None:
-            unmoved = stay(scan, target, expected, self.parameters.icp)
-            if unmoved.agreement > 0.0 and unmoved.agreement >= best.agreement:
-                best, decision = unmoved, Decision.ICP
+            at_wheels = stay(scan, target, expected, self.parameters.icp)
+            if at_wheels.agreement > 0.0 and at_wheels.agreement >= best.agreement:
+                best = at_wheels
+                decision = Decision.ICP
         record = record_of_best(best, margin, T_map_last, decision)
         if is_believed(best, None if prior is None else state.scores):
             return believe(record, prior, limits)
@@ -161,7 +166,8 @@ def refuse(
     record: StepRecord, prior: FloatArray | None, last_motion: FloatArray, limits: SanityLimits
 ) -> StepRecord:
     """The same record, but with the prior; without one hold the last motion, or stand still."""
-    increment, decision = prior, Decision.PRIOR
+    increment = prior
+    decision = Decision.PRIOR
     if increment is None:
         increment = last_motion
         decision = Decision.HOLD if last_motion.any() else Decision.STAND
@@ -185,13 +191,13 @@ def why_refused(record: StepRecord) -> str:
         return record.termination.value
     if record.led:
         return (
-            f"following the wheels: the best matches of the last {WATCHED} steps score less than "
-            f"{GOOD_MEAN_SCORE} on average, and this one {record.score:.2f}"
+            f"following the wheels: the best matches of the last {SCORE_HISTORY} steps score less "
+            f"than {GOOD_MEAN_SCORE} on average, and this one {record.score:.2f}"
         )
     return f"the best match scores only {record.score:.2f}"
 
 
-def widen(limits: SanityLimits, lost: int) -> SanityLimits:
+def widen_limits(limits: SanityLimits, lost: int) -> SanityLimits:
     """The limits of a motion after so many lost steps, for the search."""
     if lost == 0:
         return limits

@@ -33,8 +33,8 @@ class Match(NamedTuple):
     @property
     def is_degenerate(self) -> bool:
         """True if the match leaves a direction free."""
-        seen = self.result.observability
-        return seen is None or seen.degenerate
+        observability = self.result.observability
+        return observability is None or observability.degenerate
 
 
 def stay(scan: Scan, target: Target, expected: Expectation, parameters: IcpParameters) -> Match:
@@ -66,13 +66,16 @@ def match(
     expected motion tells more, unless the scan fits clearly less well.
     """
     result = icp(scan, target, T_guess, parameters)
-    found = Match(result, *score(result, expected))
-    seen = result.observability
-    if seen is None or not seen.degenerate:
-        return found
-    T_filled = expected.fill_free(found.T, seen)
-    if step_length(np.array(found.T), T_filled)[0] < parameters.translation_tolerance:
-        return found
+    from_guess = Match(result, *score(result, expected))
+    observability = result.observability
+    if observability is None or not observability.degenerate:
+        return from_guess
+    T_filled = expected.fill_free(from_guess.T, observability)
+    shift, _ = step_length(np.array(from_guess.T), T_filled)
+    if shift < parameters.translation_tolerance:
+        return from_guess
     result = icp(scan, target, T_filled, parameters)
-    moved = Match(result, *score(result, expected))
-    return moved if moved.agreement > found.agreement - FITS_AS_WELL else found
+    from_filled = Match(result, *score(result, expected))
+    if from_filled.agreement > from_guess.agreement - FITS_AS_WELL:
+        return from_filled
+    return from_guess

@@ -9,7 +9,7 @@ from labkit.odometry.sanity import SanityLimits
 from labkit.parameters import ACCURATE, IcpParameters
 from labkit.support.arrays import check_kind
 
-RETRY = 0.5  # share of the gate and of each ICP step in the second attempt
+RETRY_SHARE = 0.5  # share of the gate and of each ICP step in the second attempt
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +40,6 @@ class OdometryParameters:
         """The matcher's parameters for the second attempt: a reduced gate, reduced steps."""
         return replace(
             self.icp,
-            max_correspondence_distance=RETRY * self.icp.max_correspondence_distance,
-            step_fraction=RETRY * self.icp.step_fraction,
+            max_correspondence_distance=RETRY_SHARE * self.icp.max_correspondence_distance,
+            step_fraction=RETRY_SHARE * self.icp.step_fraction,
         )

@@ -14,29 +14,33 @@ import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.line_alignment import Information
-from labkit.odometry.carried import stands
+from labkit.odometry.carried import mask_repeats
 from labkit.odometry.sanity import SanityLimits
-from labkit.odometry.search import STARTS, apart, search
+from labkit.odometry.search import MAX_STARTS, drop_duplicates, search
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
-AT_REST = 0.02, math.radians(0.5)  # [m] and [rad]: wheels that tell less say that they stand
-SAME_VIEW = 0.9  # share of points that lie as they lay, where the robot stands
-WIDEN = 1.5  # times the longest of the last motions: the search reaches as far
+REST_SHIFT = 0.02  # [m]: wheels that shift more do not stand
+REST_TURN = math.radians(0.5)  # [rad]: nor do wheels that turn more
+SAME_VIEW_SHARE = 0.9  # of a scan's points that repeat those of the scan before, at a stand
+SEARCH_FACTOR = 1.5  # reach of the search over the longest of the last motions
 
-WHEEL_SHIFT = 0.1  # [m]: usual error of wheels at rest; it grows with the motion,
-DOUBLES_AFTER = 0.5, math.radians(20.0)  # by as much for so many metres or radians
-WHEEL_TURN = math.radians(30.0)  # wheels tell a turn less well than a way
+WHEEL_SHIFT_ERROR = 0.1  # [m]: usual error of wheels at rest
+DOUBLING_SHIFT = 0.5  # [m]: so long a motion adds the error at rest once more,
+DOUBLING_TURN = math.radians(20.0)  # [rad]: and so does a turn this large
+WHEEL_TURN_ERROR = math.radians(30.0)  # [rad]: wheels tell a turn less well than a shift
 WHEEL_COST = 0.4  # of agreement, at most, for a motion unlike that of the wheels
-MOTION_SHIFT, MOTION_TURN = 0.5, math.radians(20.0)  # from one motion to the next
+MOTION_SHIFT_CHANGE = 0.5  # [m]: usual change from one motion to the next
+MOTION_TURN_CHANGE = math.radians(20.0)  # [rad]: the same, of the turn
 MOTION_COST = 0.1  # of agreement, at most, for a motion unlike the last ones
-RETURN = 0.3  # what going back to a refused match adds to its squared distance
-AGE = 0.05  # what each step since a motion adds to its squared distance
-SURE_ALONE = 0.8  # a score above which nothing else is tried, without wheels,
-SURE_AT_REST, SURE_PER_METRE = 0.2, 0.7  # and beside wheels, more by their usual error [m]
+RETURN_HANDICAP = 0.3  # of the pose that goes on from a refused match
+AGE_HANDICAP = 0.05  # of a past motion, for each step since
+SURE_SCORE_ALONE = 0.8  # without wheels: a match that scores as much needs no search
+SURE_SCORE_AT_REST = 0.2  # the same beside wheels, if they had no error
+SURE_SCORE_SLOPE = 0.7  # [1/m]: what each metre of their usual error adds
 
 
 class Expectation(NamedTuple):
@@ -47,8 +51,8 @@ class Expectation(NamedTuple):
     # by which a pose is judged; the others are only tried
     shift: float  # usual error [m]
     turn: float  # usual error [rad]
-    most: float  # cost of a pose that is unlike all
-    sure: float  # score of a match that needs no search
+    max_cost: float  # of a pose that is unlike all
+    sure_score: float  # of a match that needs no search
 
     def distance(self, T: FloatArray, free: FloatArray | None = None) -> FloatArray:
         """Squared distance u of T from each pose that it is judged by, over the usual error.
@@ -59,24 +63,27 @@ class Expectation(NamedTuple):
         offset = poses[:, :2, 2] - T[:2, 2]
         if free is not None:
             offset = offset - (offset @ free.T) @ free
-        turn = T[:2, :2].T @ poses[:, :2, :2]
-        turned = np.arctan2(turn[:, 1, 0], turn[:, 0, 0]) / self.turn
-        moved = np.hypot(offset[:, 0], offset[:, 1]) / self.shift
-        return np.asarray(moved**2 + turned**2 + self.handicap)
+        R = T[:2, :2].T @ poses[:, :2, :2]
+        turn = np.arctan2(R[:, 1, 0], R[:, 0, 0]) / self.turn
+        shift = np.hypot(offset[:, 0], offset[:, 1]) / self.shift
+        return np.asarray(shift**2 + turn**2 + self.handicap)
 
     def cost(self, T: FloatArray) -> float:
         """The last term of (5.3): c u / (1 + u), u to the nearest pose."""
         u = float(self.distance(T).min())
-        return self.most * u / (1.0 + u)
+        return self.max_cost * u / (1.0 + u)
 
-    def fill_free(self, T: FloatArray, seen: Information) -> FloatArray:
+    def fill_free(self, T: FloatArray, observability: Information) -> FloatArray:
         """The pose T, moved to the likeliest expected pose along the directions that are free."""
-        shifts = seen.free.T[np.hypot(seen.free[0], seen.free[1]) > np.abs(seen.free[2])]
+        x, y, turn = observability.free
+        is_shift = np.hypot(x, y) > np.abs(turn)
+        shifts = observability.free.T[is_shift]
         free = shifts[:, :2] / np.hypot(shifts[:, :1], shifts[:, 1:2])
         likeliest = self.poses[int(self.distance(T, free).argmin())]
-        moved = T.copy()
-        moved[:2, 2] += ((likeliest[:2, 2] - T[:2, 2]) @ free.T) @ free
-        return moved
+        offset = likeliest[:2, 2] - T[:2, 2]
+        T_filled = T.copy()
+        T_filled[:2, 2] += (offset @ free.T) @ free
+        return T_filled
 
 
 def expect(
@@ -92,29 +99,42 @@ def expect(
     """
     if prior is None:
         poses = T_map_last @ from_xytheta(motions)
-        handicap = np.asarray(AGE * np.arange(len(poses)), np.float64)
-        return Expectation(poses, handicap, MOTION_SHIFT, MOTION_TURN, MOTION_COST, SURE_ALONE)
+        return Expectation(
+            poses=poses,
+            handicap=np.asarray(AGE_HANDICAP * np.arange(len(poses)), np.float64),
+            shift=MOTION_SHIFT_CHANGE,
+            turn=MOTION_TURN_CHANGE,
+            max_cost=MOTION_COST,
+            sure_score=SURE_SCORE_ALONE,
+        )
     x, y, turn = prior.tolist()
-    growth = 1.0 + math.hypot(x, y) / DOUBLES_AFTER[0] + abs(turn) / DOUBLES_AFTER[1]
-    T_wheels = from_xytheta(prior)
-    starts = [np.eye(3)] if T_last_refused is None else [np.eye(3), T_last_refused]
-    poses = T_map_last @ np.concatenate([np.array(starts) @ T_wheels, from_xytheta(motions)])
-    handicap = np.asarray(RETURN * np.arange(len(starts)), np.float64)
-    shift = WHEEL_SHIFT * growth
-    sure = min(SURE_ALONE, SURE_AT_REST + SURE_PER_METRE * shift)
-    return Expectation(poses, handicap, shift, WHEEL_TURN, WHEEL_COST, sure)
+    growth = 1.0 + math.hypot(x, y) / DOUBLING_SHIFT + abs(turn) / DOUBLING_TURN
+    shift_error = WHEEL_SHIFT_ERROR * growth
+    starts = [np.eye(3)]
+    if T_last_refused is not None:
+        starts.append(T_last_refused)
+    by_wheels = np.array(starts) @ from_xytheta(prior)
+    return Expectation(
+        poses=T_map_last @ np.concatenate([by_wheels, from_xytheta(motions)]),
+        handicap=np.asarray(RETURN_HANDICAP * np.arange(len(starts)), np.float64),
+        shift=shift_error,
+        turn=WHEEL_TURN_ERROR,
+        max_cost=WHEEL_COST,
+        sure_score=min(SURE_SCORE_ALONE, SURE_SCORE_AT_REST + SURE_SCORE_SLOPE * shift_error),
+    )
 
 
 def believable_wheels(
-    prior: FloatArray | None, scan: Scan, before: Target | None
+    prior: FloatArray | None, scan: Scan, last_scan: Target | None
 ) -> FloatArray | None:
     """The prior, or None if it says that the robot stands while the scan has moved."""
-    if prior is None or before is None or len(scan) < MIN_PAIRS:
+    if prior is None or last_scan is None or len(scan) < MIN_PAIRS:
         return prior
-    moved, turned = step_length(np.eye(3), from_xytheta(prior))
-    if moved > AT_REST[0] or turned > AT_REST[1]:
+    shift, turn = step_length(np.eye(3), from_xytheta(prior))
+    if shift > REST_SHIFT or turn > REST_TURN:
         return prior
-    return prior if np.mean(stands(scan, before)) >= SAME_VIEW else None
+    share = np.mean(mask_repeats(scan, last_scan))
+    return prior if share >= SAME_VIEW_SHARE else None
 
 
 def propose(
@@ -123,11 +143,11 @@ def propose(
     """Candidates in rounds, each tried only if no match of those before is sure.
 
     The most expected pose; then the other expected ones, and those that a search finds. The search
-    reaches as far as the limits, or `WIDEN` times the longest expected motion.
+    reaches as far as the limits, or `SEARCH_FACTOR` times the longest expected motion.
     """
     yield [expected.poses[0]]
     motions = [step_length(T_map_last, T) for T in expected.poses]
-    shift = max(limits.max_translation, *(WIDEN * moved for moved, _ in motions))
-    turn = max(limits.max_rotation, *(WIDEN * turned for _, turned in motions))
-    others = apart(expected.poses, STARTS)[1:]
-    yield [*others, *search(scan, target, T_map_last, (shift, min(turn, math.pi)))]
+    max_shift = max(limits.max_translation, *(SEARCH_FACTOR * shift for shift, _ in motions))
+    max_turn = max(limits.max_rotation, *(SEARCH_FACTOR * turn for _, turn in motions))
+    others = drop_duplicates(expected.poses, MAX_STARTS)[1:]
+    yield [*others, *search(scan, target, T_map_last, (max_shift, min(max_turn, math.pi)))]

@@ -132,9 +132,9 @@ class StepRecord:
         """
         if self.decision is Decision.START:
             return False
-        untold = self.degenerate and self.prior is None
-        weak = self.agreement < MIN_AGREEMENT or self.ambiguous
-        return not self.decision.matched or weak or self.against_prior or untold
+        is_unmeasured = self.degenerate and self.prior is None
+        is_weak = self.agreement < MIN_AGREEMENT or self.ambiguous
+        return not self.decision.matched or is_weak or self.against_prior or is_unmeasured
 
     @cached_property
     def covariance(self) -> FloatArray:
@@ -180,12 +180,12 @@ def record_of_match(
     )
     if result.termination.failed:
         return record
-    seen = result.observability
+    observability = result.observability
     return replace(
         record,
         rmse=rmse_of(result),
-        information=0.0 if seen is None else float(seen.values[0]),
-        degenerate=seen is None or seen.degenerate,
+        information=0.0 if observability is None else float(observability.values[0]),
+        degenerate=observability is None or observability.degenerate,
         evidence=Evidence(STILL, with_matched_points(result), T_target_last),
     )
 
@@ -200,8 +200,8 @@ def with_matched_points(result: IcpResult) -> IcpResult:
     """The result against the matched points of its target alone: a record outlives the map."""
     is_matched = np.zeros(len(result.target.points), np.bool_)
     is_matched[result.correspondences.target_index] = True
-    points, normals = result.target.points[is_matched], result.target.normals[is_matched]
-    target = Target(Scan.from_points(points), normals)
+    points = result.target.points[is_matched]
+    target = Target(Scan.from_points(points), result.target.normals[is_matched])
     final = np.array(result.poses[-1:])
     coarse = int(result.coarse_poses == len(result.poses))
     return replace(result, poses=final, coarse_poses=coarse, target=target)

@@ -12,14 +12,15 @@ from labkit.odometry.record import StepRecord
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
 
-LONG_BLIND = 10  # steps without a match in a row
-LONG_AGAINST = 3  # matches against the prior in a row
-ENOUGH_STEPS = 10  # from which a ratio of matches and wheels is told
-CLEAR_TURN = math.radians(2.0)  # [rad]: wheels and matches that turn less tell no ratio
-CLEAR_WAY = 0.05  # [m]: nor do those that drive less
-USUAL_RATIO = 0.5, 1.5  # of matched over told motions; 0.96 to 1.00 on right logs
-MANY_BEAMS = 0.05  # share of the beams, on average, that end at one largest range
-SAME_RANGE = 1e-6  # [m]
+MIN_BLIND_STEPS = 10  # without a match in a row: fewer get no remark
+MIN_AGAINST_PRIOR = 3  # matches against the prior in a row: fewer get no remark
+MIN_STEPS = 10  # of a statistic over the run: fewer tell nothing
+MIN_TURN = math.radians(2.0)  # [rad]: wheels and matches that turn less give no ratio
+MIN_SHIFT = 0.05  # [m]: nor do wheels and matches that drive less
+MIN_RATIO = 0.5  # of a match's motion over the wheels'; 0.96 to 1.00 on right logs
+MAX_RATIO = 1.5  # of the same
+MAX_SHARE_AT_LIMIT = 0.05  # of the beams, on average, that end at the largest range
+SAME_RANGE = 1e-6  # [m]: two ranges that differ by less are one
 
 
 def remarks_on(records: Sequence[StepRecord], largest: Sequence[FloatArray]) -> tuple[str, ...]:
@@ -45,51 +46,53 @@ def blind_remarks(records: Sequence[StepRecord]) -> Iterator[str]:
         )
         return
     led = [record.led for record in records[1:]]
-    for first, last in stretches(led, LONG_BLIND):
+    for first_scan, last_scan in stretches(led, MIN_BLIND_STEPS):
         yield (
-            f"scans {first} to {last} follow the wheels, since the scans fit the map too little: "
-            f"does something move or hide the view?"
+            f"scans {first_scan} to {last_scan} follow the wheels, since the scans fit the map too "
+            f"little: does something move or hide the view?"
         )
     blind = [not record.decision.matched and not record.led for record in records[1:]]
-    for first, last in stretches(blind, LONG_BLIND):
+    for first_scan, last_scan in stretches(blind, MIN_BLIND_STEPS):
         yield (
-            f"scans {first} to {last} were not matched, the first because "
-            f"{records[first].reason}: their motion was taken from the prior, or was zero"
+            f"scans {first_scan} to {last_scan} were not matched, the first because "
+            f"{records[first_scan].reason}: their motion was taken from the prior, or was zero"
         )
 
 
 def against_prior_remarks(records: Sequence[StepRecord]) -> Iterator[str]:
     """Several matches against the prior in a row."""
     against_prior = [record.against_prior for record in records[1:]]
-    for first, last in stretches(against_prior, LONG_AGAINST):
+    for first_scan, last_scan in stretches(against_prior, MIN_AGAINST_PRIOR):
         yield (
-            f"scans {first} to {last} were all matched against the prior: either the wheels "
-            f"failed there (are they in metres?), or something that moves was taken for the room"
+            f"scans {first_scan} to {last_scan} were all matched against the prior: either the "
+            f"wheels failed there (are they in metres?), or something that moves was taken for "
+            f"the room"
         )
 
 
 def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
     """Matches that turn or drive otherwise than the wheels tell, over the whole run."""
-    both = [step for step in steps if step.prior is not None and step.decision.matched]
-    matched = np.reshape([step.increment for step in both], (-1, 3))
-    told = np.reshape([step.prior for step in both], (-1, 3))
-    way = np.hypot(told[:, 0], told[:, 1])
+    compared = [step for step in steps if step.prior is not None and step.decision.matched]
+    matches = np.reshape([step.increment for step in compared], (-1, 3))
+    wheels = np.reshape([step.prior for step in compared], (-1, 3))
+    match_shift = np.hypot(matches[:, 0], matches[:, 1])
+    wheel_shift = np.hypot(wheels[:, 0], wheels[:, 1])
     # Both must see a motion: what wheels alone tell may be their noise, as along a corridor.
-    turned = np.minimum(abs(told[:, 2]), abs(matched[:, 2])) > CLEAR_TURN
-    moved = np.minimum(way, np.hypot(matched[:, 0], matched[:, 1])) > CLEAR_WAY
-    if turned.sum() >= ENOUGH_STEPS:
-        ratio = float(np.median(matched[turned, 2] / told[turned, 2]))
-        if not USUAL_RATIO[0] <= ratio <= USUAL_RATIO[1]:
+    turns = np.minimum(abs(wheels[:, 2]), abs(matches[:, 2])) > MIN_TURN
+    shifts = np.minimum(wheel_shift, match_shift) > MIN_SHIFT
+    if turns.sum() >= MIN_STEPS:
+        ratio = float(np.median(matches[turns, 2] / wheels[turns, 2]))
+        if not MIN_RATIO <= ratio <= MAX_RATIO:
             yield (
                 f"the scans turn {ratio:.2f} times as far as the wheels: is the scanner upside "
                 f"down, or does it count its angles clockwise? If so, read the log with "
                 f"`mirrored=True`, or `--mirrored`; else ask whether the wheels' turns are in "
                 f"radians"
             )
-    if moved.sum() >= ENOUGH_STEPS:
-        along = (matched[moved, :2] * told[moved, :2]).sum(axis=1)
-        ratio = float(np.median(along / way[moved] ** 2))
-        if not USUAL_RATIO[0] <= ratio <= USUAL_RATIO[1]:
+    if shifts.sum() >= MIN_STEPS:
+        along_wheels = (matches[shifts, :2] * wheels[shifts, :2]).sum(axis=1)
+        ratio = float(np.median(along_wheels / wheel_shift[shifts] ** 2))
+        if not MIN_RATIO <= ratio <= MAX_RATIO:
             yield (
                 f"the scans move {ratio:.3g} times as far as the wheels: does the scanner look "
                 f"backwards, or are the wheels in another unit than metres?"
@@ -98,24 +101,24 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
 
 def free_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
     """A way along walls that nothing measured."""
-    untold = sum(step.prior is None and step.degenerate for step in steps)
-    if untold > 0.5 * max(len(steps), ENOUGH_STEPS):
+    unmeasured = sum(step.prior is None and step.degenerate for step in steps)
+    if unmeasured > 0.5 * max(len(steps), MIN_STEPS):
         yield (
-            f"{untold} of {len(steps)} steps left a direction free, such as the way along a wall, "
-            f"and no wheels told it: nothing measured how far the robot drove there; add wheel "
-            f"odometry"
+            f"{unmeasured} of {len(steps)} steps left a direction free, such as the way along a "
+            f"wall, and no wheels told it: nothing measured how far the robot drove there; add "
+            f"wheel odometry"
         )
 
 
 def range_remarks(largest: Sequence[FloatArray]) -> Iterator[str]:
     """One largest range that many beams share."""
     ranges, shares = np.reshape(largest, (-1, 2)).T
-    if len(ranges) < ENOUGH_STEPS or not np.isfinite(ranges).any():
+    if len(ranges) < MIN_STEPS or not np.isfinite(ranges).any():
         return
     common = float(np.nanmedian(ranges))
-    same = np.abs(ranges - common) < SAME_RANGE
-    share = float(np.where(same, shares, 0.0).mean())
-    if share > MANY_BEAMS:
+    is_common = np.abs(ranges - common) < SAME_RANGE
+    share = float(np.where(is_common, shares, 0.0).mean())
+    if share > MAX_SHARE_AT_LIMIT:
         yield (
             f"{100 * share:.0f} % of the beams end at {common:g} m, the largest range: does the "
             f"scanner tell beams without an answer so? Leave them out by "
@@ -132,9 +135,9 @@ def largest_range(scan: Scan) -> FloatArray:
     return np.array([largest, np.mean(ranges > largest - SAME_RANGE)])
 
 
-def stretches(odd: Iterable[bool], least: int) -> Iterator[tuple[int, int]]:
-    """First and last scan of each run of odd steps, of at least so many; step k ends in scan k."""
-    for is_odd, run in groupby(enumerate(odd, 1), lambda each: each[1]):
+def stretches(odd: Iterable[bool], min_length: int) -> Iterator[tuple[int, int]]:
+    """First and last scan of each run of odd steps, if it is so long; step k ends in scan k."""
+    for is_odd, run in groupby(enumerate(odd, 1), lambda numbered: numbered[1]):
         scans = [k for k, _ in run]
-        if is_odd and len(scans) >= least:
+        if is_odd and len(scans) >= min_length:
             yield scans[0], scans[-1]

@@ -24,7 +24,7 @@ from labkit.scan import Scan
 from labkit.support.arrays import FloatArray, as_poses, check_function, check_kind, check_kinds
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
-MOST_MATCHES = 4000  # of a longer run the first steps keep their covariance in place of the match
+MAX_KEPT_MATCHES = 4000  # steps before the last so many keep a covariance in place of a match
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -142,8 +142,9 @@ def estimate_odometry(
         last_motion = records[-1].increment if records else None
         straight = scan if skew is None else skew.undo(scan, last_motion)
         records.append(odometry.update(straight, prior))
-        if len(records) > MOST_MATCHES:
-            records[-MOST_MATCHES - 1] = records[-MOST_MATCHES - 1].let_match_go()
+        if len(records) > MAX_KEPT_MATCHES:
+            oldest = -MAX_KEPT_MATCHES - 1
+            records[oldest] = records[oldest].let_match_go()
         poses.append(odometry.pose)
         if isinstance(scan, Scan):
             largest.append(largest_range(scan))

@@ -69,26 +69,29 @@ class SanityLimits:
 
 def limit_failures(motion: FloatArray, window: tuple[float, float], where: str = "") -> list[str]:
     """Reasons why a motion leads out of a window, [m] and [rad]. NaN never passes."""
-    (x, y, turn), (most, most_turn), found = motion.tolist(), window, []
-    if not (moved := math.hypot(x, y)) <= most:
-        found.append(f"translation{where} {moved:.2f} m > {most:.2f} m")
-    if not abs(turn) <= most_turn:
-        degrees, most_degrees = math.degrees(abs(turn)), math.degrees(most_turn)
-        found.append(f"rotation{where} {degrees:.1f}° > {most_degrees:.1f}°")
-    return found
+    x, y, turn = motion.tolist()
+    shift = math.hypot(x, y)
+    max_shift, max_turn = window
+    reasons = []
+    if not shift <= max_shift:
+        reasons.append(f"translation{where} {shift:.2f} m > {max_shift:.2f} m")
+    if not abs(turn) <= max_turn:
+        degrees = math.degrees(abs(turn))
+        reasons.append(f"rotation{where} {degrees:.1f}° > {math.degrees(max_turn):.1f}°")
+    return reasons
 
 
 def fit_failures(inlier_ratio: float, rmse: float, limits: SanityLimits) -> list[str]:
     """Reasons why a match fits too poorly. NaN never passes."""
-    found = []
+    reasons = []
     if not inlier_ratio >= limits.min_inlier_ratio:
-        found.append(f"inlier ratio {inlier_ratio:.3f} < {limits.min_inlier_ratio:.3f}")
+        reasons.append(f"inlier ratio {inlier_ratio:.3f} < {limits.min_inlier_ratio:.3f}")
     if not rmse <= limits.max_rmse:
-        found.append(f"RMSE {rmse:.3f} m > {limits.max_rmse:.3f} m")
-    return found
+        reasons.append(f"RMSE {rmse:.3f} m > {limits.max_rmse:.3f} m")
+    return reasons
 
 
-def failed_checks(
+def match_failures(
     result: IcpResult, increment: FloatArray, prior: FloatArray | None, limits: SanityLimits
 ) -> list[str]:
     """Reasons why a match must not be believed (D); empty if it may be.
@@ -100,10 +103,10 @@ def failed_checks(
         return [result.message]
     reasons = fit_failures(result.fitness, rmse_of(result), limits)
     reasons += limit_failures(increment, limits.window)
-    seen = result.observability
+    observability = result.observability
     keeps_prior = prior is not None and result.parameters.metric == "point_to_line"
-    if not keeps_prior and (seen is None or seen.degenerate):
-        information = 0.0 if seen is None else seen.values[0]
+    if not keeps_prior and (observability is None or observability.degenerate):
+        information = 0.0 if observability is None else observability.values[0]
         reasons.append(f"degenerate: information {information:.3f}")
     if prior is not None:
         reasons += prior_failures(increment, prior, limits)

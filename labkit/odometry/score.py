@@ -40,45 +40,52 @@ def score(result: IcpResult, expected: Expectation) -> Score:
     """Score a match by (5.3); −∞ where it failed."""
     if result.termination.failed:
         return Score()
-    delta, gate = result.parameters.huber_delta, gate_of(result.parameters, False)
-    worst = loss_of(gate, delta) if gate < math.inf else math.inf
+    gate = gate_of(result.parameters, False)
+    max_loss = math.inf if gate == math.inf else loss_of(gate, result.parameters.huber_delta)
+    agreement = 1.0 - min(1.0, result.cost / max_loss)
     T = np.array(result.T_target_source)
-    looked_through = seen_through(*beams_of(result.source), np.array(result.target.points), T)
-    agreement = 1.0 - min(1.0, result.cost / worst)
+    bearings, lengths = beams_of(result.source)
+    looked_through = share_looked_through(bearings, lengths, np.array(result.target.points), T)
     if looked_through > 0.0:  # NaN where nothing of the map is in view
         agreement -= LOOKED_THROUGH_COST * looked_through
     return Score(agreement - expected.cost(T), agreement)
 
 
 @compiled
-def seen_through(bearing: FloatArray, end: FloatArray, target: FloatArray, T: FloatArray) -> float:
+def share_looked_through(
+    bearings: FloatArray, lengths: FloatArray, target: FloatArray, T: FloatArray
+) -> float:
     """Share of the visible target points that beams pass through, at the pose T.
 
-    The beams, of `beams_of`, are sorted by their bearing [rad], and end [m] away. Points
+    The beams, of `beams_of`, are sorted by their bearing [rad]; their lengths are in [m]. Points
     hidden behind the beams' ends are not in view; NaN where none is.
     """
-    through, hit, count = 0, 0, len(bearing)
-    reach = end.max() + CLEARANCE
+    looked_through = 0
+    hit = 0
+    max_distance = lengths.max() + CLEARANCE
     for i in range(len(target)):
-        dx, dy = target[i, 0] - T[0, 2], target[i, 1] - T[1, 2]
+        dx = target[i, 0] - T[0, 2]
+        dy = target[i, 1] - T[1, 2]
         distance = math.hypot(dx, dy)
-        if distance > reach:
+        if distance > max_distance:
             continue
-        x, y = T[0, 0] * dx + T[1, 0] * dy, T[0, 1] * dx + T[1, 1] * dy
-        angle = math.atan2(y, x)
-        right = np.searchsorted(bearing, angle)  # the first beam at this bearing or beyond
-        if right in (0, count) or bearing[right] - bearing[right - 1] >= MAX_GAP:
+        x = T[0, 0] * dx + T[1, 0] * dy
+        y = T[0, 1] * dx + T[1, 1] * dy
+        k = np.searchsorted(bearings, math.atan2(y, x))  # the point lies between beams k − 1 and k
+        if k in (0, len(bearings)) or bearings[k] - bearings[k - 1] >= MAX_GAP:
             continue
-        if distance < min(end[right], end[right - 1]) - CLEARANCE:
-            through += 1
-        elif distance < max(end[right], end[right - 1]) + CLEARANCE:
+        if distance < min(lengths[k - 1], lengths[k]) - CLEARANCE:
+            looked_through += 1
+        elif distance < max(lengths[k - 1], lengths[k]) + CLEARANCE:
             hit += 1
-    return through / (through + hit) if through + hit > 0 else math.nan
+    visible = looked_through + hit
+    return looked_through / visible if visible > 0 else math.nan
 
 
 def beams_of(source: Scan) -> tuple[FloatArray, FloatArray]:
-    """Bearings [rad], ascending, and ends [m] of the beams that returned."""
+    """Bearings [rad], ascending, and lengths [m] of the beams that returned."""
     x, y = source.points.T
-    bearing, end = np.arctan2(y, x), np.hypot(x, y)
-    order = np.argsort(bearing, kind="stable")
-    return bearing[order], end[order]
+    bearings = np.arctan2(y, x)
+    lengths = np.hypot(x, y)
+    order = np.argsort(bearings, kind="stable")
+    return bearings[order], lengths[order]

@@ -26,16 +26,18 @@ from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.compiled import compiled
 from labkit.target import Target
 
-CELL, NEAR = 0.1, 4  # [m]: a point this far off counts exp(−½); so many cells off, nothing
-COARSE = 4  # cells of a coarse step
-TURN = math.radians(2.0)  # of a coarse step
+CELL = 0.1  # [m]: side of a cell of the tables; a point one cell away counts exp(−½)
+FIELD_REACH = 4  # cells: a point farther away counts nothing
+COARSE_SHIFT = 4  # cells from one coarse pose to the next
+COARSE_TURN = math.radians(2.0)  # [rad] from one coarse pose to the next
 FINE_TURNS = from_xytheta([[0.0, 0.0, math.radians(turn)] for turn in (-1, -0.5, 0, 0.5, 1)])
-REACH = 20.0  # [m]: points farther away move too far in a coarse turn
-FARTHEST = 10.0  # [m]: a search reaches no farther, however long the robot has been lost
-MOST_POINTS = 100  # of the source that are looked up
-PROMISING = 200  # coarse poses that are looked at finely
-STARTS = 8  # fine poses that are worth trying with ICP, and expected ones
-APART = 0.3, math.radians(6.0)  # starts nearer to each other than this are one
+MAX_RANGE = 20.0  # [m]: points farther away move too far in a coarse turn
+MAX_SEARCH_SHIFT = 10.0  # [m]: a search reaches no farther, however long the robot has been lost
+MAX_POINTS = 100  # of the source that are looked up
+MAX_COARSE_POSES = 200  # of the highest scores: a fine search goes on from them
+MAX_STARTS = 8  # poses that are worth trying with ICP, of the fine search and of the expected
+SAME_POSE_SHIFT = 0.3  # [m]: two poses count as one if they lie nearer than this,
+SAME_POSE_TURN = math.radians(6.0)  # [rad]: and if they differ by less than this turn
 
 
 @compiled
@@ -52,9 +54,11 @@ def mean_values(
     cells. `corner` [m] is that of the table's first cell. A cell beyond the table counts as the
     nearest one on its border.
     """
-    last_row, last_column = table.shape[0] - 1, table.shape[1] - 1
+    last_row = table.shape[0] - 1
+    last_column = table.shape[1] - 1
     means = np.empty((len(poses), len(shifts)))
-    rows, columns = np.empty(len(points), np.intp), np.empty(len(points), np.intp)
+    rows = np.empty(len(points), np.intp)
+    columns = np.empty(len(points), np.intp)
     for r in range(len(poses)):
         T = poses[r]
         for n in range(len(points)):
@@ -63,26 +67,28 @@ def mean_values(
             rows[n] = math.floor((x - corner[0]) / CELL)
             columns[n] = math.floor((y - corner[1]) / CELL)
         for s in range(len(shifts)):
-            down, right, total = shifts[s, 0], shifts[s, 1], 0.0
+            total = 0.0
             for n in range(len(points)):
-                i = min(max(rows[n] + down, 0), last_row)
-                j = min(max(columns[n] + right, 0), last_column)
+                i = min(max(rows[n] + shifts[s, 0], 0), last_row)
+                j = min(max(columns[n] + shifts[s, 1], 0), last_column)
                 total += table[i, j]
             means[r, s] = total / len(points)
     return means
 
 
 @compiled
-def nearness(occupied: IntArray, shape: tuple[int, int], blunt: int) -> FloatArray:
-    """The largest exp(−½ d²) within `blunt` cells, d [cells] away from the nearest `occupied`."""
-    field, reach = np.zeros(shape), NEAR + blunt
-    values = np.exp(-0.5 * np.maximum(np.abs(np.arange(-reach, reach + 1)) - blunt, 0) ** 2)
+def nearness(occupied: IntArray, shape: tuple[int, int], margin: int) -> FloatArray:
+    """The largest exp(−½ d²) within `margin` cells, d [cells] away from the nearest `occupied`."""
+    table = np.zeros(shape)
+    reach = FIELD_REACH + margin
+    offsets = np.abs(np.arange(-reach, reach + 1))
+    values = np.exp(-0.5 * np.maximum(offsets - margin, 0) ** 2)
     for row, column in occupied:
         for i in range(-reach, reach + 1):
             for j in range(-reach, reach + 1):
                 value = values[reach + i] * values[reach + j]
-                field[row + i, column + j] = max(field[row + i, column + j], value)
-    return field
+                table[row + i, column + j] = max(table[row + i, column + j], value)
+    return table
 
 
 class LikelihoodField(NamedTuple):
@@ -94,66 +100,77 @@ class LikelihoodField(NamedTuple):
 
     @classmethod
     def of(cls, points: FloatArray) -> LikelihoodField:
-        """The field of points (M, 2) [m], of those within `REACH` of the origin."""
-        near = points[np.hypot(points[:, 0], points[:, 1]) < REACH]
-        margin = CELL * (NEAR + COARSE)
-        low = near.min(axis=0, initial=0.0) - margin
-        rows, columns = np.ceil((near.max(axis=0, initial=0.0) + margin - low) / CELL).astype(int)
-        occupied = np.floor((near - low) / CELL).astype(np.intp)
-        return cls(low, *(nearness(occupied, (rows, columns), by) for by in (0, COARSE // 2)))
+        """The field of points (M, 2) [m], of those within `MAX_RANGE` of the origin."""
+        points = within_range(points)
+        border = CELL * (FIELD_REACH + COARSE_SHIFT)
+        low = points.min(axis=0, initial=0.0) - border
+        high = points.max(axis=0, initial=0.0) + border
+        rows, columns = np.ceil((high - low) / CELL).astype(int)
+        occupied = np.floor((points - low) / CELL).astype(np.intp)
+        fine = nearness(occupied, (rows, columns), 0)
+        coarse = nearness(occupied, (rows, columns), COARSE_SHIFT // 2)
+        return cls(low, fine, coarse)
+
+
+def within_range(points: FloatArray) -> FloatArray:
+    """The points (N, 2) [m] within `MAX_RANGE` of the origin."""
+    return points[np.hypot(points[:, 0], points[:, 1]) < MAX_RANGE]
 
 
 def search(
     source: Scan, target: Target, T_target_source: FloatArray, window: tuple[float, float]
 ) -> list[FloatArray]:
-    """At most `STARTS` poses where ICP is worth trying, the best first, apart from each other.
+    """At most `MAX_STARTS` poses where ICP is worth trying, the best first, apart from each other.
 
     The window reaches [m] along x and y, and [rad], to either side of `T_target_source`.
     """
-    points = source.points[np.hypot(source.points[:, 0], source.points[:, 1]) < REACH]
-    points = points[:: max(1, math.ceil(len(points) / MOST_POINTS))]
+    points = within_range(source.points)
+    points = points[:: max(1, math.ceil(len(points) / MAX_POINTS))]
     if len(points) == 0:
         return []
     field = LikelihoodField.of(target.points)
-    reach, most = min(window[0], FARTHEST), math.ceil(min(window[1], math.pi) / TURN)
     points = np.array(points, order="C")  # one kind of array, compiled once and ahead
-    turned = T_target_source @ from_xytheta(np.outer(np.arange(-most, most + 1), [0.0, 0.0, TURN]))
-    shifts = COARSE * _square(math.ceil(reach / (COARSE * CELL)))
-    scores = mean_values(field.coarse, field.corner, points, turned, shifts)
-    best = np.argpartition(scores, -min(PROMISING, scores.size), axis=None)[-PROMISING:]
-    i, j = np.unravel_index(best, scores.shape)
-    poses = turned[i]
-    poses[:, :2, 2] += CELL * shifts[j]
-    return apart(_finely(points, field, poses), STARTS)
+    turn_count = math.ceil(min(window[1], math.pi) / COARSE_TURN)
+    turns = np.outer(np.arange(-turn_count, turn_count + 1), [0.0, 0.0, COARSE_TURN])
+    max_shift = min(window[0], MAX_SEARCH_SHIFT)
+    shifts = COARSE_SHIFT * _square(math.ceil(max_shift / (COARSE_SHIFT * CELL)))
+    rotated = T_target_source @ from_xytheta(turns)
+    scores = mean_values(field.coarse, field.corner, points, rotated, shifts)
+    highest = np.argpartition(scores, -min(MAX_COARSE_POSES, scores.size), axis=None)
+    turn, shift = np.unravel_index(highest[-MAX_COARSE_POSES:], scores.shape)
+    poses = rotated[turn]
+    poses[:, :2, 2] += CELL * shifts[shift]
+    return drop_duplicates(refine(points, field, poses), MAX_STARTS)
 
 
-def _finely(points: FloatArray, field: LikelihoodField, poses: FloatArray) -> FloatArray:
+def refine(points: FloatArray, field: LikelihoodField, poses: FloatArray) -> FloatArray:
     """The best fine pose around each of the coarse ones (P, 3, 3), the best first."""
-    shifts, turned = _square(COARSE // 2), poses[:, None] @ FINE_TURNS
-    scores = mean_values(field.fine, field.corner, points, turned.reshape(-1, 3, 3), shifts)
+    shifts = _square(COARSE_SHIFT // 2)
+    rotated = poses[:, None] @ FINE_TURNS
+    scores = mean_values(field.fine, field.corner, points, rotated.reshape(-1, 3, 3), shifts)
     scores = scores.reshape(len(poses), -1)
-    k, s = np.unravel_index(scores.argmax(axis=1), (len(FINE_TURNS), len(shifts)))
-    fine = turned[np.arange(len(poses)), k]
-    fine[:, :2, 2] += CELL * shifts[s]
+    turn, shift = np.unravel_index(scores.argmax(axis=1), (len(FINE_TURNS), len(shifts)))
+    fine = rotated[np.arange(len(poses)), turn]
+    fine[:, :2, 2] += CELL * shifts[shift]
     return fine[np.argsort(-scores.max(axis=1), kind="stable")]
 
 
-def apart(poses: FloatArray, count: int) -> list[FloatArray]:
-    """The first `count` poses that are not alike one before them."""
+def drop_duplicates(poses: FloatArray, count: int) -> list[FloatArray]:
+    """The first `count` poses, without those that count as one with a pose before them."""
     chosen: list[FloatArray] = []
     for T in poses:
-        if len(chosen) < count and not any(alike(T, other) for other in chosen):
+        if len(chosen) < count and not any(is_same_pose(T, T_chosen) for T_chosen in chosen):
             chosen.append(T)
     return chosen
 
 
-def alike(T: FloatArray, other: FloatArray) -> bool:
+def is_same_pose(T_a: FloatArray, T_b: FloatArray) -> bool:
     """True if two poses are so near to each other that they count as one."""
-    moved, turned = step_length(np.array(other), np.array(T))
-    return moved < APART[0] and turned < APART[1]
+    shift, turn = step_length(np.array(T_b), np.array(T_a))
+    return shift < SAME_POSE_SHIFT and turn < SAME_POSE_TURN
 
 
-def _square(most: int) -> IntArray:
-    """All (i, j) with entries from −most to most, shape (S, 2)."""
-    i, j = np.indices((2 * most + 1, 2 * most + 1)) - most
+def _square(radius: int) -> IntArray:
+    """All (i, j) with entries from −radius to radius, shape (S, 2)."""
+    i, j = np.indices((2 * radius + 1, 2 * radius + 1)) - radius
     return np.column_stack([i.ravel(), j.ravel()])

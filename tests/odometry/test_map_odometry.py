@@ -17,7 +17,7 @@ from labkit.odometry import (
     increments_between,
     integrate,
 )
-from labkit.odometry.choose import WATCHED
+from labkit.odometry.choose import SCORE_HISTORY
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.map_odometry import MapState
 from labkit.odometry.record import RANGE_STD, Evidence
@@ -120,7 +120,7 @@ def test_a_scan_that_fits_nowhere_leaves_the_step_to_the_wheels():
 
 def test_where_the_last_scans_fitted_too_little_the_wheels_lead():
     older, newer = two_scans(room())
-    state = MapState(STILL, 1, LocalMap(Target(older)), scores=(0.2,) * WATCHED)
+    state = MapState(STILL, 1, LocalMap(Target(older)), scores=(0.2,) * SCORE_HISTORY)
 
     record, after = MapOdometry().advance(state, newer, PRIOR)
 
@@ -203,7 +203,7 @@ def test_a_record_holds_no_more_points_than_its_scan_matched():
 
 def test_a_long_run_lets_matches_go_and_keeps_their_covariances(monkeypatch):
     whole = estimate_odometry(SCANS, PRIORS)
-    monkeypatch.setattr("labkit.odometry.run.MOST_MATCHES", 3)
+    monkeypatch.setattr("labkit.odometry.run.MAX_KEPT_MATCHES", 3)
 
     run = estimate_odometry(SCANS, PRIORS)
 

@@ -7,11 +7,17 @@ import pytest
 
 from labkit import IcpParameters, Scan, Target, icp
 from labkit.correspondences import huber_loss
-from labkit.odometry.choose import TIE, WATCHED, choose, is_believed, min_score
+from labkit.odometry.choose import SCORE_HISTORY, TIE, choose, is_believed, min_score
 from labkit.odometry.match import Match
 from labkit.odometry.propose import WHEEL_COST, expect, propose
 from labkit.odometry.sanity import SanityLimits
-from labkit.odometry.score import CLEARANCE, LOOKED_THROUGH_COST, beams_of, score, seen_through
+from labkit.odometry.score import (
+    CLEARANCE,
+    LOOKED_THROUGH_COST,
+    beams_of,
+    score,
+    share_looked_through,
+)
 from labkit.parameters import ACCURATE
 from labkit.se2 import from_xytheta, transform
 from labkit.simulation import Lidar, cast, room
@@ -31,10 +37,10 @@ def test_beams_look_through_a_wall_that_is_not_there():
     curtain = wall * [0.5, 0.4]
     beams = beams_of(Scan.from_points(wall))
 
-    assert seen_through(*beams, wall, np.eye(3)) == 0.0
-    assert seen_through(*beams, curtain, np.eye(3)) == 1.0
+    assert share_looked_through(*beams, wall, np.eye(3)) == 0.0
+    assert share_looked_through(*beams, curtain, np.eye(3)) == 1.0
     both = np.vstack([wall, curtain])
-    assert seen_through(*beams, both, np.eye(3)) == pytest.approx(0.5, abs=0.02)
+    assert share_looked_through(*beams, both, np.eye(3)) == pytest.approx(0.5, abs=0.02)
 
 
 def test_nobody_knows_what_is_hidden_or_out_of_view():
@@ -42,8 +48,8 @@ def test_nobody_knows_what_is_hidden_or_out_of_view():
     beams = beams_of(Scan.from_points(wall))
     hidden = wall + np.array([9.0, 0.0])
 
-    assert math.isnan(seen_through(*beams, hidden, np.eye(3)))
-    assert math.isnan(seen_through(*beams, -wall, np.eye(3)))
+    assert math.isnan(share_looked_through(*beams, hidden, np.eye(3)))
+    assert math.isnan(share_looked_through(*beams, -wall, np.eye(3)))
 
 
 def test_beams_are_looked_along_from_the_pose():
@@ -52,8 +58,8 @@ def test_beams_are_looked_along_from_the_pose():
     back = from_xytheta([-2.0 * CLEARANCE, 0.0, 0.0])
     nearer_wall = wall - np.array([2.0 * CLEARANCE, 0.0])
 
-    assert seen_through(*beams, nearer_wall, back) == 0.0  # the wall moved along
-    assert seen_through(*beams, nearer_wall, np.eye(3)) > 0.9
+    assert share_looked_through(*beams, nearer_wall, back) == 0.0  # the wall moved along
+    assert share_looked_through(*beams, nearer_wall, np.eye(3)) > 0.9
 
 
 def test_the_score_is_the_formula():
@@ -66,7 +72,7 @@ def test_the_score_is_the_formula():
 
     fit = 1.0 - result.cost / huber_loss(8 * ACCURATE.huber_delta, ACCURATE.huber_delta)
     points, T = np.array(target.points), np.array(result.T_target_source)
-    through = seen_through(*beams_of(newer), points, T)
+    through = share_looked_through(*beams_of(newer), points, T)
     u = expected.distance(T)[0]
     assert found.agreement == pytest.approx(fit - LOOKED_THROUGH_COST * through, rel=1e-12)
     assert found.score == pytest.approx(found.agreement - WHEEL_COST * u / (1.0 + u), rel=1e-12)
@@ -96,7 +102,7 @@ def test_an_expected_pose_costs_nothing_and_no_pose_costs_more_than_the_most(pri
     expected = expect(np.eye(3), prior, MOTION[None])
 
     assert expected.cost(from_xytheta(MOTION)) == pytest.approx(0.0, abs=1e-12)
-    assert 0.9 * expected.most < expected.cost(transform(90.0, 0.0, 3.0)) < expected.most
+    assert 0.9 * expected.max_cost < expected.cost(transform(90.0, 0.0, 3.0)) < expected.max_cost
 
 
 def test_a_refused_match_is_gone_back_to_at_a_small_cost():
@@ -123,9 +129,9 @@ def test_wheels_are_the_less_sure_the_farther_they_drove():
 def test_the_less_sure_the_wheels_the_higher_the_score_that_needs_no_search():
     motions = ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0], [9.0, 0.0, 0.0])
 
-    sure = [expect(np.eye(3), np.array(prior), np.zeros((1, 3))).sure for prior in motions]
+    sure = [expect(np.eye(3), np.array(prior), np.zeros((1, 3))).sure_score for prior in motions]
 
-    alone = expect(np.eye(3), None, np.zeros((1, 3))).sure
+    alone = expect(np.eye(3), None, np.zeros((1, 3))).sure_score
     assert 0.0 < sure[0] < sure[1] < sure[2] < sure[3] == alone
 
 
@@ -186,12 +192,12 @@ def test_wheels_are_overruled_by_what_agrees_and_the_last_motion_by_less(
 
     assert is_believed(best, scores=[0.9]) == beside_wheels
     assert is_believed(best, scores=None) == alone
-    assert not is_believed(best, scores=[0.3] * WATCHED)
+    assert not is_believed(best, scores=[0.3] * SCORE_HISTORY)
 
 
 def test_the_lower_the_last_scores_the_more_a_match_must_score():
     means = (0.0, 0.3, 0.5, 0.7, 0.9)
-    least = [min_score([mean] * WATCHED) for mean in means]
+    least = [min_score([mean] * SCORE_HISTORY) for mean in means]
 
     assert least == sorted(least, reverse=True)
     assert least[0] > 1.0 > least[2] > least[-1] == min_score([]) == 0.0

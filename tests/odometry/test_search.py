@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 
 from labkit import Scan, Target
-from labkit.odometry.search import CELL, FARTHEST, LikelihoodField, alike, mean_values, search
+from labkit.odometry.search import (
+    CELL,
+    MAX_SEARCH_SHIFT,
+    LikelihoodField,
+    is_same_pose,
+    mean_values,
+    search,
+)
 from labkit.se2 import apply, from_xytheta, relative, to_xytheta
 from labkit.simulation import Lidar, cast, room
 
@@ -36,7 +43,7 @@ def test_a_step_without_a_guess_is_found_from_one_of_its_starts(motion):
     errors = to_xytheta(relative(from_xytheta(motion), starts))
     near = (np.hypot(errors[:, 0], errors[:, 1]) < 0.2) & (np.abs(errors[:, 2]) < 0.06)
     assert near.any()
-    assert not any(alike(*each) for each in combinations(starts, 2))
+    assert not any(is_same_pose(*each) for each in combinations(starts, 2))
 
 
 def test_it_stays_within_its_window():
@@ -51,8 +58,8 @@ def test_it_stays_within_its_window():
 def test_a_lost_robot_is_not_looked_for_farther_off_than_a_search_pays(shift):
     target = Target(Scan.from_points([[0.0, 0.0]]))
     starts = search(Scan.from_points([[shift, 0.0]]), target, np.eye(3), (1e3, 0.0))
-    assert np.abs(to_xytheta(starts)[:, :2]).max() < FARTHEST + 0.5
-    assert alike(starts[0], from_xytheta([-shift, 0.0, 0.0])) == (shift < FARTHEST)
+    assert np.abs(to_xytheta(starts)[:, :2]).max() < MAX_SEARCH_SHIFT + 0.5
+    assert is_same_pose(starts[0], from_xytheta([-shift, 0.0, 0.0])) == (shift < MAX_SEARCH_SHIFT)
 
 
 def test_mean_values_are_those_of_the_table():
@@ -75,7 +82,7 @@ def test_the_field_is_the_distance_to_the_nearest_point():
     field = LikelihoodField.of(target.points)
     source = Scan.from_points([[3.05, 2.05]])
     start = search(source, target, np.eye(3), (0.0, 0.0))[0]
-    assert alike(start, np.eye(3))
+    assert is_same_pose(start, np.eye(3))
     there, off = np.floor((np.array([[3.05, 2.05], [3.05, 1.75]]) - field.corner) / CELL).astype(
         int
     )
