@@ -72,9 +72,10 @@ RELATED = [
     (Answer.NUMBERS, lambda x: (x[0], -x[1]), "result 2 has the wrong sign"),
     (Answer.NUMBERS, lambda x: (x[0][::-1], x[1]), "result 1 is taken from its end"),
 ]
+NAMES = [f"{kind.name}: {words}"[:40] for kind, _, words in RELATED]
 
 
-@pytest.mark.parametrize(("kind", "change", "words"), RELATED, ids=lambda one: str(one)[:40])
+@pytest.mark.parametrize(("kind", "change", "words"), RELATED, ids=NAMES)
 def test_what_became_of_every_right_answer_is_told(kind, change, words):
     rights = RIGHT[kind]
     wrongs = [change(right) for right in rights]
