@@ -106,8 +106,8 @@ def _floats(value: Value, answer: Answer) -> FloatArray:
     with suppress(ValueError, OverflowError):
         if _is_numeric(value):
             return np.asarray(value).astype(np.float64)
-    what = f"{_kind(value)}{' that is no array of numbers' * isinstance(value, tuple)}"
-    raise Unreadable(f"it returned {what}, expected {EXPECTED[answer]}")
+    description = f"{_kind(value)}{' that is no array of numbers' * isinstance(value, tuple)}"
+    raise Unreadable(f"it returned {description}, expected {EXPECTED[answer]}")
 
 
 def _is_numeric(value: Value) -> bool:
@@ -132,111 +132,117 @@ def numbers(answer: Answer, value: Value) -> FloatArray | str:
         return np.asarray(value).astype(np.float64) if is_numeric else str(error)
 
 
-def sentences(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def sentences(
+    question: Question, case: Case, got: FloatArray, expected: FloatArray
+) -> Iterator[str]:
     """Sentences on an answer that is not the wanted one; the last shows what went in and out."""
     names = [name.strip() for name in question.signature.strip("()").split(",")]
-    arguments = [_shown(argument) for argument in case.arguments]
-    given = ", ".join(f"{name} = {text}" for name, text in zip(names, arguments, strict=False))
-    if got.shape != wanted.shape:
-        surplus = len(got) - len(wanted) if got.ndim == wanted.ndim > 0 else 0
+    arguments = [_format(argument) for argument in case.arguments]
+    inputs = ", ".join(f"{name} = {value}" for name, value in zip(names, arguments, strict=False))
+    if got.shape != expected.shape:
+        surplus = len(got) - len(expected) if got.ndim == expected.ndim > 0 else 0
         if question.answer is Answer.TRANSFORM and surplus == -1:
             yield "it returned R alone, expected (R, t)."
-        elif surplus and got.shape[1:] == wanted.shape[1:]:
+        elif surplus and got.shape[1:] == expected.shape[1:]:
             side = "long" if surplus > 0 else "short"
             yield f"the result is too {side} by {abs(surplus)}."
-        yield f"for {given}: got shape {got.shape}, expected {wanted.shape}."
+        yield f"for {inputs}: got shape {got.shape}, expected {expected.shape}."
         return
     with np.errstate(all="ignore"):  # 1e300 is an answer, too
-        if np.isnan(wanted).any():
+        if np.isnan(expected).any():
             yield "when no pair is kept, return NaN."
-        elif (~np.isfinite(got) & np.isfinite(wanted)).any():
+        elif (~np.isfinite(got) & np.isfinite(expected)).any():
             yield "the result holds NaN or infinity; look for a division by zero."
         else:
-            yield from _TEXTS.get(question.answer, _numbers)(question, case, got, wanted)
-        right = (np.abs(got - wanted) <= case.tolerance) | (got == wanted) | np.isnan(wanted)
-    first = np.unravel_index(np.argmin(right), got.shape)
-    is_truth = question.answer in (Answer.FLAG, Answer.MASK) and not np.isnan(got[first])
+            yield from _TEXTS.get(question.answer, _numbers)(question, case, got, expected)
+        is_right = (
+            (np.abs(got - expected) <= case.tolerance) | (got == expected) | np.isnan(expected)
+        )
+    entry = np.unravel_index(np.argmin(is_right), got.shape)
+    is_truth = question.answer in (Answer.FLAG, Answer.MASK) and not np.isnan(got[entry])
     as_shown = bool if is_truth else float
-    got_text, wanted_text = (_shown(as_shown(array[first])) for array in (got, wanted))
-    place = _place(question, case, [int(axis) for axis in first])
-    yield f"for {given}:{place} got {got_text}, expected {wanted_text}."
+    got_text, expected_text = (_format(as_shown(array[entry])) for array in (got, expected))
+    place = _place(question, case, [int(axis) for axis in entry])
+    yield f"for {inputs}:{place} got {got_text}, expected {expected_text}."
 
 
-def _place(question: Question, case: Case, first: list[int]) -> str:
+def _place(question: Question, case: Case, entry: list[int]) -> str:
     """Place of an entry; of several results, counted within its own."""
     if question.answer is Answer.NUMBERS and isinstance(case.expected[0], tuple):
         sizes = [read(Answer.NUMBERS, part).size for part in case.expected[0]]
-        part = int(np.searchsorted(np.cumsum(sizes), first[0], side="right"))
-        within = f" at [{first[0] - sum(sizes[:part])}]" if sizes[part] > 1 else ""
+        part = int(np.searchsorted(np.cumsum(sizes), entry[0], side="right"))
+        within = f" at [{entry[0] - sum(sizes[:part])}]" if sizes[part] > 1 else ""
         return f" in result {part + 1}{within}"
-    return f" at [{', '.join(map(str, first))}]" if first else ""
+    return f" at [{', '.join(map(str, entry))}]" if entry else ""
 
 
-def _shown(value: object) -> str:
+def _format(value: object) -> str:
     """A few numbers, or the shape of many."""
     if isinstance(value, np.ndarray) and value.size > FEW:
         return f"an array {value.shape}"
     if isinstance(value, np.ndarray):
-        text = np.array2string(value, precision=4, separator=", ", max_line_width=999)
-        return text.replace("\n", "").replace("  ", " ")
+        line = np.array2string(value, precision=4, separator=", ", max_line_width=999)
+        return line.replace("\n", "").replace("  ", " ")
     if isinstance(value, tuple | list):
         numeric = all(isinstance(entry, float | int) for entry in value)
-        return f"({', '.join(map(_shown, value))})" if numeric else f"{len(value)} entries"
+        return f"({', '.join(map(_format, value))})" if numeric else f"{len(value)} entries"
     if isinstance(value, bool):
         return str(value)
     return f"{value:.5g}" if isinstance(value, float | int) else f"a {type(value).__name__}"
 
 
-def _matrix(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    size = len(wanted) - 1
-    if size > 1 and np.array_equal(wanted[-1], np.eye(size + 1)[-1]):
-        if not np.allclose(got[-1], wanted[-1]):
+def _matrix(question: Question, case: Case, got: FloatArray, expected: FloatArray) -> Iterator[str]:
+    size = len(expected) - 1
+    if size > 1 and np.array_equal(expected[-1], np.eye(size + 1)[-1]):
+        if not np.allclose(got[-1], expected[-1]):
             yield f"the last row of a transform is {'0, ' * size}1."
             return
-        yield from _rotation(got[:size, :size], wanted[:size, :size])
-        shift = float(np.linalg.norm(got[:size, -1] - wanted[:size, -1]))
-        off = "is right" if shift <= case.tolerance else f"is off by {_size(shift, ' m')}"
-        yield f"the translation {off}."
-    elif np.allclose(wanted.T @ wanted, np.eye(size + 1), atol=1e-3):
-        yield from _rotation(got, wanted)
+        yield from _rotation(got[:size, :size], expected[:size, :size])
+        shift = float(np.linalg.norm(got[:size, -1] - expected[:size, -1]))
+        error = "is right" if shift <= case.tolerance else f"is off by {_size(shift, ' m')}"
+        yield f"the translation {error}."
+    elif np.allclose(expected.T @ expected, np.eye(size + 1), atol=1e-3):
+        yield from _rotation(got, expected)
     else:
-        yield from _numbers(question, case, got, wanted)
+        yield from _numbers(question, case, got, expected)
 
 
-def _rotation(got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _rotation(got: FloatArray, expected: FloatArray) -> Iterator[str]:
     if not np.allclose(got.T @ got, np.eye(len(got)), atol=1e-3):
         yield "the matrix is no rotation: its columns are not orthonormal."
     elif np.linalg.det(got) < 0.0:
         yield "the matrix is a reflection, its determinant is −1; a rotation has +1."
     else:
-        half = float(np.linalg.norm(got - wanted)) / math.sqrt(8.0)  # sin of half the angle
+        half = float(np.linalg.norm(got - expected)) / math.sqrt(8.0)  # sin of half the angle
         angle = 2.0 * math.asin(min(1.0, half))
-        off = "is right" if angle < ANGLE else f"is off by {_size(math.degrees(angle), '°')}"
-        yield f"the rotation {off}."
+        error = "is right" if angle < ANGLE else f"is off by {_size(math.degrees(angle), '°')}"
+        yield f"the rotation {error}."
 
 
-def _numbers(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    error = np.abs(got - wanted)[np.isfinite(wanted)]
+def _numbers(
+    question: Question, case: Case, got: FloatArray, expected: FloatArray
+) -> Iterator[str]:
+    error = np.abs(got - expected)[np.isfinite(expected)]
     low, high = question.low, question.high
     if low is not None and high is not None and (outside := (got < low) | (got > high)).any():
         yield f"{outside.sum()} of {got.size} numbers lie outside [{low:g}, {high:g}]."
     if got.size > 1:
-        most = _size(float(error.max(initial=0.0)), f" {question.unit}".rstrip())
-        yield f"{(error > case.tolerance).sum()} of {got.size} numbers are off, by up to {most}."
+        largest = _size(float(error.max(initial=0.0)), f" {question.unit}".rstrip())
+        yield f"{(error > case.tolerance).sum()} of {got.size} numbers are off, by up to {largest}."
 
 
-def _mask(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
+def _mask(question: Question, case: Case, got: FloatArray, expected: FloatArray) -> Iterator[str]:
     if not np.isin(got, (0.0, 1.0)).all():
         yield "the result holds other numbers than True and False; expected a mask."
         return
-    for wrong, does, do in ((got > wanted, "keeps", "go"), (got < wanted, "rejects", "stay")):
-        if count := np.count_nonzero(wrong):
+    for pairs, does, do in ((got > expected, "keeps", "go"), (got < expected, "rejects", "stay")):
+        if count := np.count_nonzero(pairs):
             yield f"it {does} {count} pair{'' if count == 1 else 's'} that should {do}."
 
 
-def _poses(question: Question, case: Case, got: FloatArray, wanted: FloatArray) -> Iterator[str]:
-    shift = float(np.linalg.norm(got[:, :2] - wanted[:, :2], axis=1).max())
-    turn = np.abs(got[:, 2] - wanted[:, 2])
+def _poses(question: Question, case: Case, got: FloatArray, expected: FloatArray) -> Iterator[str]:
+    shift = float(np.linalg.norm(got[:, :2] - expected[:, :2], axis=1).max())
+    turn = np.abs(got[:, 2] - expected[:, 2])
     whole = np.allclose(np.round(turn / (2 * np.pi)) * 2 * np.pi, turn, atol=1e-4)
     if shift < 1e-4 and whole:
         yield "the poses are right, but some headings lie outside (−π, π]: wrap them."

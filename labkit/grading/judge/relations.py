@@ -82,50 +82,54 @@ BY_KIND: dict[Answer, list[Change]] = {
 }  # of all others those of numbers
 
 
-def sentence(says: str, thing: str = "the answer") -> str:
+def sentence(relation: str, subject: str = "the answer") -> str:
     """The sentence, from the words for the change and for what is changed."""
-    return f"Your answers are those that come out when {says.replace('{}', thing)}."
+    return f"Your answers are those that come out when {relation.replace('{}', subject)}."
 
 
 @cache
 def relations(answer: Answer, case: Case) -> dict[str, list[FloatArray]]:
     """Wrong answers to a case by the sentence on how they are related to a right one."""
-    found = dict[str, list[FloatArray]]()
+    answers = dict[str, list[FloatArray]]()
     for value in case.expected:
         with np.errstate(all="ignore"):
-            for says, wrong in _related(answer, case, value):
-                found.setdefault(sentence(says), []).append(np.asarray(wrong, dtype=np.float64))
-    return found
+            for relation, related in _derive_answers(answer, case, value):
+                answers.setdefault(sentence(relation), []).append(
+                    np.asarray(related, dtype=np.float64)
+                )
+    return answers
 
 
-def _related(answer: Answer, case: Case, value: Value) -> Iterator[tuple[str, Any]]:
-    wanted = read(answer, value)
+def _derive_answers(answer: Answer, case: Case, value: Value) -> Iterator[tuple[str, Any]]:
+    expected = read(answer, value)
     if isinstance(value, tuple) and answer in (Answer.NUMBERS, Answer.MATCHES):
         join = np.concatenate if answer is Answer.NUMBERS else np.column_stack
         parts = [read(Answer.NUMBERS, part) for part in value]
         yield "the results are in the wrong order", join(parts[::-1])
         for place, part in enumerate(parts):
-            for says, changed in _changed(part, BY_KIND[Answer.NUMBERS]):
+            for relation, changed in _apply_changes(part, BY_KIND[Answer.NUMBERS]):
                 with suppress(ValueError):
-                    those = [*parts[:place], np.ravel(changed), *parts[place + 1 :]]
-                    yield says.replace("{}", f"result {place + 1}"), join(those)
-    yield from _changed(wanted, BY_KIND.get(answer, OF_NUMBERS))
-    if answer is Answer.TRANSFORM or (wanted.ndim == 2 and wanted[-1].tolist() == [0.0, 0.0, 1.0]):
-        for says, (R, t) in _changed((wanted[:-1, :-1], wanted[:-1, -1]), OF_MOTIONS):
-            T = wanted.copy()
+                    results = [*parts[:place], np.ravel(changed), *parts[place + 1 :]]
+                    yield relation.replace("{}", f"result {place + 1}"), join(results)
+    yield from _apply_changes(expected, BY_KIND.get(answer, OF_NUMBERS))
+    if answer is Answer.TRANSFORM or (
+        expected.ndim == 2 and expected[-1].tolist() == [0.0, 0.0, 1.0]
+    ):
+        for relation, (R, t) in _apply_changes((expected[:-1, :-1], expected[:-1, -1]), OF_MOTIONS):
+            T = expected.copy()
             T[:-1, :-1], T[:-1, -1] = R, t
-            yield says, T
-    for place, one in enumerate(case.arguments, start=1):
-        if isinstance(one, np.ndarray | float | int) and np.shape(one) == wanted.shape:
-            yield f"argument {place} comes back as it came", one
-        count = len(one) if isinstance(one, np.ndarray) and one.ndim else 0
+            yield relation, T
+    for place, argument in enumerate(case.arguments, start=1):
+        if isinstance(argument, np.ndarray | float | int) and np.shape(argument) == expected.shape:
+            yield f"argument {place} comes back as it came", argument
+        count = len(argument) if isinstance(argument, np.ndarray) and argument.ndim else 0
         if answer in (Answer.NUMBER, Answer.VECTOR, Answer.MATRIX) and count > 1:
-            yield "a sum stands where a mean belongs", wanted * count
-            yield "a sum is divided by N − 1 in place of N", wanted * count / (count - 1)
+            yield "a sum stands where a mean belongs", expected * count
+            yield "a sum is divided by N − 1 in place of N", expected * count / (count - 1)
 
 
-def _changed(right: Any, changes: Sequence[Change]) -> Iterator[tuple[str, Any]]:
+def _apply_changes(value: Any, changes: Sequence[Change]) -> Iterator[tuple[str, Any]]:
     """The right thing with each of the changes that it can have."""
-    for says, change in changes:
+    for relation, change in changes:
         with suppress(ValueError):
-            yield says, change(right)
+            yield relation, change(value)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from labkit.course.assignment import load_assignment
-from labkit.grading.judge.compare import assess, fault, is_right, recognise
+from labkit.grading.judge.compare import assess, find_fault, is_right, recognise
 from labkit.grading.judge.kinds import read
 from labkit.grading.judge.verdict import Outcome, Status
 from labkit.grading.questions import Answer, Case
@@ -98,7 +98,7 @@ HUGE = [np.full((3, 3), np.inf), np.full((3, 3), 1.7e308), (np.eye(2), np.full(2
 @pytest.mark.parametrize("value", [*ODD, *HUGE], ids=lambda value: repr(value).replace("\n", ""))
 def test_nonsense_is_wrong_and_never_a_traceback(question, value):
     for case in ASSIGNMENT.cases(question.id):
-        text = fault(question, case, returned(case, value))
+        text = find_fault(question, case, returned(case, value))
         if repr(value) == repr(case.expected[0]) == "nan":
             assert text == ""  # the answer where no pair is kept
             continue
@@ -130,7 +130,7 @@ def test_a_call_without_an_answer_is_explained(status, of_hidden, of_visible):
     if isinstance(status, Status):
         outcome = Outcome(status=status, message=SECRET)
     for hidden, reason in ((True, of_hidden), (False, of_visible or of_hidden)):
-        said = fault(ASSIGNMENT.question("align"), first("align", hidden), outcome)
+        said = find_fault(ASSIGNMENT.question("align"), first("align", hidden), outcome)
         assert reason in said
         assert not hidden or SECRET not in said
 
@@ -141,7 +141,7 @@ def test_of_a_hidden_case_only_that_it_is_wrong_is_told(question):
     nonsense = [None, "text", 1234.0, np.zeros((3, 3)), np.ones((5, 6, 7)), np.full(77, np.nan)]
     for case in ASSIGNMENT.cases(question.id):
         if case.hidden:
-            told = {fault(question, case, returned(case, value)) for value in nonsense}
+            told = {find_fault(question, case, returned(case, value)) for value in nonsense}
             assert told == {"the result is wrong."}
 
 
@@ -182,12 +182,12 @@ def test_the_texts_say_how_far_off(question, change, text):
     case = first(question, hidden=False)
     asked, right = ASSIGNMENT.question(question), case.expected[0]
     value = change(read(asked.answer, right) if asked.answer is Answer.TRANSFORM else right)
-    assert text in fault(asked, case, returned(case, value))
+    assert text in find_fault(asked, case, returned(case, value))
 
 
 def test_a_number_where_nothing_is_left_is_told_that_there_is_none():
     none_kept = ASSIGNMENT.visible["inlier_rmse"][1]
-    text = fault(ASSIGNMENT.question("inlier_rmse"), none_kept, returned(none_kept, 0.0))
+    text = find_fault(ASSIGNMENT.question("inlier_rmse"), none_kept, returned(none_kept, 0.0))
     assert "when no pair is kept, return NaN" in text
 
 
@@ -210,7 +210,7 @@ def test_of_several_results_the_wrong_one_is_told_by_its_place():
     for entry, place in places.items():
         wrong = np.arange(1.0, 7.0)
         wrong[entry] += 1.0
-        text = fault(question, case, returned(case, (wrong[:3], wrong[3], wrong[4:])))
+        text = find_fault(question, case, returned(case, (wrong[:3], wrong[3], wrong[4:])))
 
         assert f" in {place} got {wrong[entry]:g}, expected {wrong[entry] - 1:g}." in text
 
