@@ -61,7 +61,7 @@ class Gradebook(NamedTuple):
         Returns the students without a row, and those whose row holds a grade or a comment: it is
         left out unless `overwrite`.
         """
-        filled, unlisted, kept = [], [], []
+        filled, unlisted, occupied = [], [], []
         for mark in marks:
             if not mark.is_graded:
                 continue
@@ -71,15 +71,19 @@ class Gradebook(NamedTuple):
                 continue
             written = [person.row.get(name, "") for name in (self.grade, COMMENT)]
             if not overwrite and any(cell not in EMPTY for cell in written):
-                kept.append(mark.student)
+                occupied.append(mark.student)
                 continue
             worth = person.maximum if 0.0 < person.maximum < math.inf else mark.points
             score = short(mark.score * worth / mark.points)
-            wrong = [f"{one.title}: {one.message}" for one in mark.questions if not one.passed]
-            comment = plain("<br>".join(map(html.escape, [*wrong, *mark.remarks])))
+            messages = [
+                f"{question.title}: {question.message}"
+                for question in mark.questions
+                if not question.passed
+            ]
+            comment = plain("<br>".join(map(html.escape, [*messages, *mark.remarks])))
             filled.append(person.row | {self.grade: score, COMMENT: comment})
         write_rows(out, self.columns, [*self.head, *filled])
-        return unlisted, kept
+        return unlisted, occupied
 
 
 def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
@@ -97,8 +101,8 @@ def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
     head = [row for _, row in rows if row["Student"].startswith("Points Possible")]
     maximum = number(head[0][grade]) if head else math.nan
     people = {row["ID"]: Person(row, row["Student"], maximum) for _, row in rows if row["ID"]}
-    kept = [name for name in (*CANVAS, grade) if name in columns]
-    return Gradebook(kept, grade, head, people)
+    returned_columns = [name for name in (*CANVAS, grade) if name in columns]
+    return Gradebook(returned_columns, grade, head, people)
 
 
 def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
@@ -126,8 +130,8 @@ def _days(status: str) -> float:
     [2.125, 0.0]
     """
     late = re.search(r"\blate\b", status)
-    found = re.findall(rf"(\d+) ({'|'.join(UNITS)})", status) if late else []
-    return float(sum(int(count) * UNITS[unit] for count, unit in found))
+    durations = re.findall(rf"(\d+) ({'|'.join(UNITS)})", status) if late else []
+    return float(sum(int(count) * UNITS[unit] for count, unit in durations))
 
 
 def write_scores(
@@ -139,12 +143,13 @@ def write_scores(
     """
     rows = [{"student": plain(student)} for student in missing]
     for mark in marks:
-        who = {"student": plain(mark.student), "submission": plain(mark.submission)}
+        identity = {"student": plain(mark.student), "submission": plain(mark.submission)}
         if not mark.is_graded:
-            rows.append(who | {"remark": plain(" ".join(mark.remarks))})
+            rows.append(identity | {"remark": plain(" ".join(mark.remarks))})
             continue
         total = {"score": short(mark.score), "points": short(mark.points)}
-        how = {"late": f"{mark.late:.3g}", "isolation": mark.mode}
-        rows.append(who | total | how | {one.question: short(one.score) for one in mark.questions})
+        conditions = {"late": f"{mark.late:.3g}", "isolation": mark.mode}
+        scores = {verdict.question: short(verdict.score) for verdict in mark.questions}
+        rows.append(identity | total | conditions | scores)
     columns = dict.fromkeys(name for row in rows[::-1] for name in row if name != "remark")
     write_rows(out, [*columns, "remark"], rows)

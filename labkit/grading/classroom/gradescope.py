@@ -44,32 +44,34 @@ def grade_for_gradescope(root: Path) -> None:
 def results_of(verdict: SubmissionVerdict) -> dict[str, Any]:
     """A verdict as Gradescope reads it."""
     tests: list[dict[str, Any]] = []
-    for place, one in enumerate(verdict.questions, 1):
-        reasons = [case.reason for case in one.cases if not case.hidden]
-        count = "" if one.cases_passed in one.message else one.cases_passed
-        told = _test(f"{place}", one.title, one.passed, [one.message, *reasons, count])
-        tests.append(told | {"score": round(one.score, 6), "max_score": one.points})
-        for n, case in enumerate((case for case in one.cases if case.hidden), 1):
-            name = f"{one.title}, hidden case {case.id}"
-            told = _test(f"{place}.{n}", name, case.passed, [case.reason])
-            tests.append(told | {"visibility": "hidden"})
+    for place, question in enumerate(verdict.questions, 1):
+        reasons = [case.reason for case in question.cases if not case.hidden]
+        count = "" if question.cases_passed in question.message else question.cases_passed
+        test = _test(
+            f"{place}", question.title, question.passed, [question.message, *reasons, count]
+        )
+        tests.append(test | {"score": round(question.score, 6), "max_score": question.points})
+        for n, case in enumerate((case for case in question.cases if case.hidden), 1):
+            name = f"{question.title}, hidden case {case.id}"
+            test = _test(f"{place}.{n}", name, case.passed, [case.reason])
+            tests.append(test | {"visibility": "hidden"})
     return {
         "score": round(verdict.score, 6),
-        **_shown([f"Graded in isolation: {verdict.mode}.", *verdict.remarks]),
+        **_output([f"Graded in isolation: {verdict.mode}.", *verdict.remarks]),
         "stdout_visibility": "hidden",
         "tests": tests,
     }
 
 
-def _test(number: str, name: str, passed: bool, told: Iterable[str]) -> dict[str, Any]:
+def _test(number: str, name: str, passed: bool, sentences: Iterable[str]) -> dict[str, Any]:
     status = "passed" if passed else "failed"
-    return {"number": number, "name": name, "status": status, **_shown(told)}
+    return {"number": number, "name": name, "status": status, **_output(sentences)}
 
 
-def _shown(told: Iterable[str]) -> dict[str, str]:
+def _output(sentences: Iterable[str]) -> dict[str, str]:
     """Texts as Gradescope shows them to a student, each once."""
-    text = "\n\n".join(filter(None, dict.fromkeys(told)))
-    return {"output": text, "output_format": "text", "visibility": "visible"}
+    output = "\n\n".join(filter(None, dict.fromkeys(sentences)))
+    return {"output": output, "output_format": "text", "visibility": "visible"}
 
 
 def write_autograder(path: str | os.PathLike[str], assignment: str | os.PathLike[str]) -> None:

@@ -77,7 +77,7 @@ class Handed(NamedTuple):
 
 @lru_cache(maxsize=1)
 def open_archive(path: Path, _changed: int) -> zipfile.ZipFile:
-    """The archive of a class, open_archive once for all its files: its list of them may be long."""
+    """The archive of a class, opened once for all its files: its list of them may be long."""
     return zipfile.ZipFile(path)
 
 
@@ -264,16 +264,16 @@ def read_files(handed_in: Sequence[Handed]) -> tuple[dict[str, bytes], tuple[str
 
     Of two files of one time the shorter name is last. A file that can hold no answer is empty.
     """
-    found: dict[str, bytes] = {}
+    contents: dict[str, bytes] = {}
     unread: list[str] = []
-    left = MAX_TOGETHER
+    bytes_left = MAX_TOGETHER
     for file in sorted(handed_in, key=lambda file: (file.changed, -len(file.name)), reverse=True):
         try:
             data = file.read() if may_hold_source(file.name) else b""
-            if len(data) > min(left, MAX_FILE):
+            if len(data) > min(bytes_left, MAX_FILE):
                 raise ValueError(TOO_LARGE)
-            found[file.name] = data
-            left -= len(data)
+            contents[file.name] = data
+            bytes_left -= len(data)
         except Exception as error:  # untrusted: zipfile raises anything
             unread.append(f"{file.name} cannot be read: {error}")
-    return dict(reversed(found.items())), tuple(unread)
+    return dict(reversed(contents.items())), tuple(unread)

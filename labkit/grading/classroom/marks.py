@@ -51,43 +51,43 @@ def make_marks(
             records[student] = replace(record, verdict=verdict)
     for group in set(groups.values()) - groups.keys():
         records.pop(group, None)
-    given = {student for student, what in adjustments if what != "late"} - {CLASS}
+    with_points = {student for student, item in adjustments if item != "late"} - {CLASS}
     marks = []
-    for student in sorted({*records, *given}):
+    for student in sorted({*records, *with_points}):
         if record := records.get(student):
-            marks.append(_adjusted(record.verdict, record.late, adjustments))
+            marks.append(_adjust(record.verdict, record.late, adjustments))
         else:
             nothing, _ = grade_submission({}, Wall(mode=""), assignment, student)
-            marks.append(_adjusted(nothing, 0.0, adjustments))
+            marks.append(_adjust(nothing, 0.0, adjustments))
     return marks
 
 
-def _adjusted(
-    verdict: SubmissionVerdict, days: float, adjustments: Adjustments
-) -> SubmissionVerdict:
-    """The verdict on what came `days` late, with all that is changed of it, each change told."""
-    told: list[str] = []
+def _adjust(verdict: SubmissionVerdict, days: float, adjustments: Adjustments) -> SubmissionVerdict:
+    """The verdict on what came `days` late, with its adjustments made, and a remark on each."""
+    remarks: list[str] = []
 
-    def decided(what: str, default: float, before: str, after: str) -> float:
-        if (verdict.student, what) not in adjustments:
+    def decide(item: str, default: float, prefix: str, suffix: str) -> float:
+        if (verdict.student, item) not in adjustments:
             return default
-        value, comment = adjustments[verdict.student, what]
+        value, comment = adjustments[verdict.student, item]
         because = f": {comment}" if comment else ""
-        told.append(f"{before} {value:g} {after}{because}.")
+        remarks.append(f"{prefix} {value:g} {suffix}{because}.")
         return value
 
-    late_percent, worth = (adjustments.get((CLASS, one), (0.0, ""))[0] for one in RULES)
+    late_percent, worth = (adjustments.get((CLASS, rule), (0.0, ""))[0] for rule in RULES)
     questions = []
-    for one in verdict.questions:
-        said = f"{one.title}: set by your instructor to", f"of {one.points:g} points"
-        questions.append(replace(one, score=decided(one.question, one.score, *said)))
-    score = sum(one.score for one in questions)
-    score += decided("written", 0.0, "Written answers:", f"of {worth:g} points")
-    points_given = bool(told)
-    days = decided("late", days, "Counted as", "days late")
+    for question in verdict.questions:
+        prefix = f"{question.title}: set by your instructor to"
+        suffix = f"of {question.points:g} points"
+        score = decide(question.question, question.score, prefix, suffix)
+        questions.append(replace(question, score=score))
+    score = sum(question.score for question in questions)
+    score += decide("written", 0.0, "Written answers:", f"of {worth:g} points")
+    points_given = bool(remarks)
+    days = decide("late", days, "Counted as", "days late")
     if share := min(days * late_percent, 100.0):
         unit = "day" if days == 1.0 else "days"
-        told.append(f"{days:.3g} {unit} late: {share:.3g} % off {score:g} points.")
+        remarks.append(f"{days:.3g} {unit} late: {share:.3g} % off {score:g} points.")
         score *= 1.0 - share / 100.0
     return replace(
         verdict,
@@ -96,7 +96,7 @@ def _adjusted(
         score=round(score, 2),
         points=verdict.points + worth,
         late=days,
-        adjustments=tuple(told),
+        adjustments=tuple(remarks),
     )
 
 
@@ -109,45 +109,48 @@ def read_adjustments(out: Path, assignment: Assignment, names: Mapping[str, str]
     path = out / "adjustments.csv"
     if not path.exists():
         write_rows(path, HEADER, [])
-    items = {one.id: one.points for one in assignment.questions} | {
-        "written": 0.0,
-        "late": math.inf,
-    }
+    items = {question.id: question.points for question in assignment.questions}
+    items |= {"written": 0.0, "late": math.inf}
     lines: dict[tuple[str, str], tuple[float, str]] = {}
     rows = read_rows(path, HEADER[:3])[1]
-    for line, row in sorted(rows, key=lambda one: one[1]["student"] != CLASS):
-        name, what, text = (row[column] for column in HEADER[:3])
-        where = f"{path}: line {line}"
+    for line, row in sorted(rows, key=lambda numbered: numbered[1]["student"] != CLASS):
+        name, item, cell = (row[column] for column in HEADER[:3])
+        location = f"{path}: line {line}"
         possible = RULES if name == CLASS else items
-        if what not in possible:
-            raise LabkitError(f"{where}: unknown item {what!r}; {_hint(what.lower(), possible)}")
-        student = CLASS if name == CLASS else _student(name, names, where)
-        value, most = number(text), possible[what]
-        if not 0.0 <= value <= most or value == math.inf:
-            upto = f" from 0 to {most:g}" if math.isfinite(most) else " from 0"
-            way_out = "" if most else f"; say what they are worth: {CLASS},written,POINTS,"
-            raise LabkitError(f"{where}: {what} must be a number{upto}, got {text!r}{way_out}")
-        if (student, what) in lines:
-            raise LabkitError(f"{where}: {what} of {name!r} is set before; keep one of the lines")
-        lines[student, what] = value, row.get("comment", "")
-        if (student, what) == (CLASS, "written"):
-            items[what] = value
+        if item not in possible:
+            raise LabkitError(f"{location}: unknown item {item!r}; {_hint(item.lower(), possible)}")
+        student = CLASS if name == CLASS else _student(name, names, location)
+        value = number(cell)
+        maximum = possible[item]
+        if not 0.0 <= value <= maximum or value == math.inf:
+            upto = f" from 0 to {maximum:g}" if math.isfinite(maximum) else " from 0"
+            way_out = "" if maximum else f"; say what they are worth: {CLASS},written,POINTS,"
+            raise LabkitError(f"{location}: {item} must be a number{upto}, got {cell!r}{way_out}")
+        if (student, item) in lines:
+            raise LabkitError(
+                f"{location}: {item} of {name!r} is set before; keep one of the lines"
+            )
+        lines[student, item] = value, row.get("comment", "")
+        if (student, item) == (CLASS, "written"):
+            items[item] = value
     return lines
 
 
-def _student(name: str, names: Mapping[str, str], where: str) -> str:
+def _student(name: str, names: Mapping[str, str], location: str) -> str:
     """The student whom a line means."""
-    known = [name] if name in names else [one for one, shown in names.items() if shown == name]
-    if len(known) == 1:
-        return known[0]
+    matches = [name] if name in names else [id for id, person in names.items() if person == name]
+    if len(matches) == 1:
+        return matches[0]
     hint = _hint(name, dict.fromkeys([*names, *names.values()]))
-    raise LabkitError(f"{where}: {len(known) or 'no'} students are called {name!r}; {hint}")
+    raise LabkitError(f"{location}: {len(matches) or 'no'} students are called {name!r}; {hint}")
 
 
 def _hint(name: str, possible: Collection[str]) -> str:
-    near = difflib.get_close_matches(name, possible, n=3)
+    suggestions = difflib.get_close_matches(name, possible, n=3)
     listed = ", ".join([*possible][:24])
-    return f"did you mean {' or '.join(map(repr, near))}?" if near else f"there are {listed}"
+    if suggestions:
+        return f"did you mean {' or '.join(map(repr, suggestions))}?"
+    return f"there are {listed}"
 
 
 def read_roster(out: Path) -> tuple[dict[str, str], dict[str, str]]:

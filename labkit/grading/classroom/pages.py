@@ -51,7 +51,7 @@ def write_pages(
         modes=Counter(mark.mode for mark in marks if mark.mode),
         file_name=file_name,
         points=max((mark.points for mark in marks), default=0.0),
-        mistakes=sorted(mistake for one in questions for mistake in one["mistakes"])[::-1],
+        mistakes=sorted(mistake for summary in questions for mistake in summary["mistakes"])[::-1],
         questions=questions,
     )
 
@@ -60,13 +60,16 @@ def _summary(
     question: Question, marks: Sequence[SubmissionVerdict], assignment: Assignment
 ) -> dict[str, Any]:
     """One question over the class: points, shares, and how often each case and mistake came."""
-    verdicts = [one for mark in marks for one in mark.questions if one.question == question.id]
-    full = sum(one.passed for one in verdicts)
-    none = sum(one.score <= 0.0 for one in verdicts)
-    known = Counter(one.misconception for one in verdicts if one.misconception)
-    says = {one.id: one.says for one in question.misconceptions}  # a relation is its own sentence
-    asked = Counter(case.id for one in verdicts for case in one.cases)
-    right = Counter(case.id for one in verdicts for case in one.cases if case.passed)
+    verdicts = [
+        verdict for mark in marks for verdict in mark.questions if verdict.question == question.id
+    ]
+    full = sum(verdict.passed for verdict in verdicts)
+    none = sum(verdict.score <= 0.0 for verdict in verdicts)
+    mistakes = Counter(verdict.misconception for verdict in verdicts if verdict.misconception)
+    # A relation is its own sentence.
+    sentences = {mistake.id: mistake.says for mistake in question.misconceptions}
+    attempts = Counter(case.id for verdict in verdicts for case in verdict.cases)
+    passes = Counter(case.id for verdict in verdicts for case in verdict.cases if case.passed)
     about = {
         case.id: case.about + (" (hidden)" if case.hidden else "")
         for case in assignment.cases(question.id)
@@ -74,16 +77,18 @@ def _summary(
     return {
         "asked": question,
         "counts": {"full": full, "some": len(verdicts) - full - none, "none": none},
-        "mean": statistics.fmean([one.score / one.points for one in verdicts] or [0.0]),
-        "cases": [(about.get(id, id), right[id] / count, count) for id, count in asked.items()],
-        "mistakes": [(count, question.title, says.get(id, id)) for id, count in known.items()],
+        "mean": statistics.fmean([verdict.score / verdict.points for verdict in verdicts] or [0.0]),
+        "cases": [(about.get(id, id), passes[id] / count, count) for id, count in attempts.items()],
+        "mistakes": [
+            (count, question.title, sentences.get(id, id)) for id, count in mistakes.items()
+        ],
     }
 
 
 def _write(template: str, out: Path, **content: Any) -> None:
-    text = templates().get_template(template).render(content)
+    page = templates().get_template(template).render(content)
     with atomic_write(out) as file:
-        file.write(text)
+        file.write(page)
 
 
 @functools.cache

@@ -47,7 +47,7 @@ def read_records(out: str | os.PathLike[str]) -> dict[str, Record]:
     records = {}
     for path in sorted(folder.glob("*.json")):
         try:
-            record: Record = json.loads(path.read_text("utf-8"), object_hook=_restored)
+            record: Record = json.loads(path.read_text("utf-8"), object_hook=_restore)
             records[record.verdict.student] = record
         except (ValueError, TypeError, AttributeError) as error:
             raise LabkitError(
@@ -57,13 +57,13 @@ def read_records(out: str | os.PathLike[str]) -> dict[str, Record]:
     return records
 
 
-def _restored(fields: dict[str, Any]) -> object:
+def _restore(fields: dict[str, Any]) -> object:
     """The object of which JSON holds the fields."""
     kinds = {"reason": CaseVerdict, "cases": QuestionVerdict, "questions": SubmissionVerdict}
     kind = next((kinds[name] for name in kinds if name in fields), Record)
-    return kind(
-        **{name: tuple(one) if isinstance(one, list) else one for name, one in fields.items()}
-    )
+    for name, value in fields.items():
+        fields[name] = tuple(value) if isinstance(value, list) else value
+    return kind(**fields)
 
 
 def write_record(out: str | os.PathLike[str], record: Record) -> None:

@@ -25,12 +25,12 @@ def read_rows(
 ) -> tuple[Sequence[str], list[tuple[int, Row]]]:
     """Read the columns of a table, of which some are `needed`, and its rows with their lines."""
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
+        content = Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise LabkitError(f"{path}: is no UTF-8 text; save it as CSV in UTF-8") from None
     except OSError as error:
         raise LabkitError(f"{path}: cannot be read: {error.strerror}") from None
-    header, *_ = lines = text.splitlines(keepends=True) or [""]
+    header, *_ = lines = content.splitlines(keepends=True) or [""]
     delimiter = ";" if ";" in header and "," not in header else ","  # Excel's, where 0.5 is 0,5
     reader = csv.DictReader(lines, delimiter=delimiter, restval="", strict=True)
     rows = []
@@ -49,8 +49,10 @@ def read_rows(
         ) from None
     for name in needed:
         if name not in columns:
-            found = ", ".join(columns) or "none"
-            raise MissingColumnError(f"{path}: line 1: no column {name!r}; the columns are {found}")
+            present = ", ".join(columns) or "none"
+            raise MissingColumnError(
+                f"{path}: line 1: no column {name!r}; the columns are {present}"
+            )
     return columns, rows
 
 
@@ -64,14 +66,14 @@ def write_rows(
         writer.writerows(rows)
 
 
-def number(text: str) -> float:
+def number(cell: str) -> float:
     """The number in a cell, with a point or a comma; nan where there is none."""
     try:
-        return float(text.replace(",", ".").replace("_", " "))  # 1_0 is no number to people
+        return float(cell.replace(",", ".").replace("_", " "))  # 1_0 is no number to people
     except ValueError:
         return math.nan
 
 
-def plain(text: str) -> str:
+def plain(cell: str) -> str:
     """Text that no spreadsheet takes for a formula."""
-    return "'" + text if text.startswith(FORMULA) else text
+    return "'" + cell if cell.startswith(FORMULA) else cell
