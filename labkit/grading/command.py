@@ -84,10 +84,15 @@ def add_autograder(
 
 
 def _parser(
-    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, does: str, text: str
+    commands: argparse._SubParsersAction[argparse.ArgumentParser],
+    name: str,
+    does: str,
+    description: str,
 ) -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
-    parser = commands.add_parser(name, help=does, description=text, formatter_class=formatter)
+    parser = commands.add_parser(
+        name, help=does, description=description, formatter_class=formatter
+    )
     parser.add_argument("--secret", metavar="FILE", help="the secret of your own hidden cases")
     return parser
 
@@ -117,45 +122,49 @@ def grade(args: argparse.Namespace) -> int:
     books |= {"moodle.csv": read_moodle(args.moodle)} if args.moodle else {}
     os.umask(0o077)
     records = read_records(out)
-    people = {student: one for book in books.values() for student, one in book.people.items()}
-    late = {student: one.late for student, one in people.items() if one.late is not None}
-    submissions = [replace(one, late=late.get(one.student, one.late)) for one in submissions]
+    people = {student: person for book in books.values() for student, person in book.people.items()}
+    late = {student: person.late for student, person in people.items() if person.late is not None}
+    submissions = [
+        replace(submission, late=late.get(submission.student, submission.late))
+        for submission in submissions
+    ]
     names = {student: record.verdict.submission for student, record in records.items()}
-    names |= {one.student: one.name for one in submissions}
+    names |= {submission.student: submission.name for submission in submissions}
     roster, groups = read_roster(out)
-    roster |= {student: one.name for student, one in people.items()}
+    roster |= {student: person.name for student, person in people.items()}
     adjustments = read_adjustments(out, assignment, roster | names)
-    files = [file for one in submissions for file in one.files]
-    closed = (Path(args.assignment, "hidden"), out / VERDICTS, *(one.path for one in files[:1]))
+    paths = [file.path for submission in submissions for file in submission.files]
+    closed = (Path(args.assignment, "hidden"), out / VERDICTS, *paths[:1])
     if args.cluster and not args.no_isolation:  # each worker tries its own
         wall = Wall("", tuple(map(os.path.realpath, closed)), args.seconds)
     else:
         wall = open_wall(closed, args.seconds, isolation=not args.no_isolation)
     failures = _grade(args, submissions, wall, records)
     marks = make_marks(records, adjustments, assignment, groups)
-    seen = {mark.student for mark in marks} | failures.keys()
-    missing = {student: name for student, name in roster.items() if student not in seen}
+    present = {mark.student for mark in marks} | failures.keys()
+    missing = {student: name for student, name in roster.items() if student not in present}
     if missing:
         _say(f"{len(missing)} of the roster handed in nothing: {_some(missing.values())}")
-    unread = [one.student for one in marks if (one.student, "written") not in adjustments]
+    unread = [mark.student for mark in marks if (mark.student, "written") not in adjustments]
     if (CLASS, "written") in adjustments and unread:
         _say(f"{len(unread)} have no points for their written answers yet: {_some(unread)}")
     write_scores(marks, missing, out / "scores.csv")
     write_pages(out, marks, assignment, failures=failures, missing=missing)
     for name, book in books.items():
-        unlisted, kept = book.fill(marks, out / name, overwrite=args.overwrite)
+        unlisted, occupied = book.fill(marks, out / name, overwrite=args.overwrite)
         if unlisted:
             _say(f"{len(unlisted)} have no row in the gradebook, nor in {name}: {_some(unlisted)}")
-        if kept:
+        if occupied:
             _say(
-                f"{len(kept)} have a grade or a comment in the gradebook, so they have no row in "
-                f"{name}: {_some(kept)}. --overwrite gives them one"
+                f"{len(occupied)} have a grade or a comment in the gradebook, so they have no "
+                f"row in {name}: {_some(occupied)}. --overwrite gives them one"
             )
     _write_code(out, records, assignment)
     _pack_feedback(out, submissions, records, groups)
-    found, modes = len(submissions), sorted({one.verdict.mode for one in records.values()})
+    count = len(submissions)
+    modes = sorted({record.verdict.mode for record in records.values()})
     sys.stdout.write(
-        f"Graded {found - len(failures)} of {found} submissions (isolation: "
+        f"Graded {count - len(failures)} of {count} submissions (isolation: "
         f"{', '.join(modes) or 'none needed'}). Results are in {out}\n"
     )
     return 1 if failures or lost else 0
@@ -163,12 +172,12 @@ def grade(args: argparse.Namespace) -> int:
 
 def _load(args: argparse.Namespace) -> Assignment:
     """Load the assignment that the options name; warn where its hidden cases are public."""
-    asked = args.assignment
+    folder = args.assignment
     if args.secret:
         args.assignment = cases_beside(args.secret)
     assignment = read_assignment(args.assignment)
     if args.secret:
-        refuse_outdated(assignment, read_assignment(asked, hidden=False), args.secret)
+        refuse_outdated(assignment, read_assignment(folder, hidden=False), args.secret)
     if assignment.public:
         _say(PUBLIC)
     return assignment
@@ -186,29 +195,29 @@ def _grade(
     """
     failures: dict[str, str] = {}
 
-    def keep(one: Submission, future: Future[Record]) -> None:
+    def keep(submission: Submission, future: Future[Record]) -> None:
         if error := future.exception():
-            failures[one.student] = f"{type(error).__name__}: {error}"
-            _say(f"{one.student} was not graded: {failures[one.student]}")
-        elif future.result() != records.get(one.student):
-            records[one.student] = future.result()
-            write_record(args.out, records[one.student])
+            failures[submission.student] = f"{type(error).__name__}: {error}"
+            _say(f"{submission.student} was not graded: {failures[submission.student]}")
+        elif future.result() != records.get(submission.student):
+            records[submission.student] = future.result()
+            write_record(args.out, records[submission.student])
 
     with _open_executor(args.jobs, args.cluster) as executor:
 
-        def begin(one: Submission) -> Future[Record]:
-            known = records.get(one.student)
-            return executor.submit(grade_one, one, str(args.assignment), wall, known)
+        def begin(submission: Submission) -> Future[Record]:
+            record = records.get(submission.student)
+            return executor.submit(grade_one, submission, str(args.assignment), wall, record)
 
-        graded = {begin(one): one for one in submissions}
+        graded = {begin(submission): submission for submission in submissions}
         again = []  # each by itself, when all others are done
         for future in show_progress(as_completed(graded), "grading", total=len(graded)):
             if isinstance(future.exception(), MachineError):
                 again.append(graded[future])
             else:
                 keep(graded[future], future)
-        for one in again:
-            keep(one, begin(one))
+        for submission in again:
+            keep(submission, begin(submission))
     return failures
 
 
@@ -238,8 +247,10 @@ def _open_executor(jobs: int, cluster: str | None) -> Iterator[Executor]:
 def _write_code(out: Path, records: Mapping[str, Record], assignment: Assignment) -> None:
     """Write all that was handed in, and what was handed out, for tools that look for copies."""
     (out / "code").mkdir(exist_ok=True)
-    sources = {f"code/{file_name(one)}.py": record.code for one, record in records.items()}
-    sources["handed_out.py"] = "\n\n\n".join(one.stub for one in assignment.questions) + "\n"
+    sources = {f"code/{file_name(student)}.py": record.code for student, record in records.items()}
+    sources["handed_out.py"] = (
+        "\n\n\n".join(question.stub for question in assignment.questions) + "\n"
+    )
     for name, source in sources.items():
         with atomic_write(out / name) as file:
             file.write(source)
@@ -257,11 +268,11 @@ def _pack_feedback(
     """
     members = {group: student for student, group in groups.items()}
     with atomic_write(out / "feedback.zip", "wb") as file, zipfile.ZipFile(file, "w") as archive:
-        for one in submissions:
-            if one.student in records:
-                student = members.get(one.student, one.student)
+        for submission in submissions:
+            if submission.student in records:
+                student = members.get(submission.student, submission.student)
                 page = out / "students" / f"{file_name(student)}.html"
-                archive.write(page, one.feedback_name or page.name)
+                archive.write(page, submission.feedback_name or page.name)
 
 
 def _some(names: Iterable[str]) -> str:
@@ -270,5 +281,5 @@ def _some(names: Iterable[str]) -> str:
     return "; ".join(listed[:SHOWN]) + ("; ..." if len(listed) > SHOWN else "")
 
 
-def _say(text: str) -> None:
-    sys.stderr.write(f"labkit: {text}\n")
+def _say(message: str) -> None:
+    sys.stderr.write(f"labkit: {message}\n")
