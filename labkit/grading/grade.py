@@ -20,7 +20,7 @@ from labkit.grading.classroom.store import Record, fingerprint
 from labkit.grading.judge.compare import assess
 from labkit.grading.judge.verdict import QuestionVerdict, Status, SubmissionVerdict
 from labkit.grading.questions import Assignment, Question, read_assignment
-from labkit.grading.sitting import Sitting, shown
+from labkit.grading.sitting import Sitting, clean_text
 
 MAX_NOTES = 20
 NO_FILES = "nothing was handed in but an empty folder, or one of hidden files"
@@ -31,7 +31,7 @@ def grade_submission(
 ) -> tuple[SubmissionVerdict, str]:
     """Grade files behind a wall: the verdict, always the same but for `seconds`, and all code."""
     start = time.perf_counter()
-    sitting = Sitting([one.function for one in assignment.questions], wall)
+    sitting = Sitting([question.function for question in assignment.questions], wall)
     try:
         if files:
             sitting.read(files)
@@ -44,10 +44,10 @@ def grade_submission(
         submission=student,
         mode=wall.mode,
         questions=verdicts,
-        score=round(sum(one.score for one in verdicts), 2),
-        points=round(sum(one.points for one in verdicts), 2),
-        notes=tuple(map(shown, [*program.notes, *sitting.notes][:MAX_NOTES])),
-        unread=tuple(map(shown, program.unread)),
+        score=round(sum(verdict.score for verdict in verdicts), 2),
+        points=round(sum(verdict.points for verdict in verdicts), 2),
+        notes=tuple(map(clean_text, [*program.notes, *sitting.notes][:MAX_NOTES])),
+        unread=tuple(map(clean_text, program.unread)),
         seconds=time.perf_counter() - start,
         is_graded=bool(program.scripts),
     )
@@ -60,20 +60,20 @@ def _verdicts(sitting: Sitting, assignment: Assignment) -> Iterator[QuestionVerd
     No right function is lent to an earlier question than its own, nor before a question that it
     would answer outright: so none that is asked for is in the box before it is asked.
     """
-    seen = [
+    visible_outcomes = [
         [
-            sitting.ask(one, assignment.visible[one.id], k)
-            for k in range(sitting.states.get(one.function, 1))
+            sitting.ask(question, assignment.visible[question.id], state)
+            for state in range(sitting.states.get(question.function, 1))
         ]
-        for one in assignment.questions
+        for question in assignment.questions
     ]
-    wrong: list[Question] = []
+    failed: list[Question] = []
     for place, question in enumerate(assignment.questions):
         cases = assignment.cases(question.id)
         hidden = [case for case in cases if case.hidden]
         tried = list[QuestionVerdict]()
-        for state, outcomes in enumerate(seen[place]):
-            if all(one.status is Status.NOT_WRITTEN for one in outcomes):
+        for state, outcomes in enumerate(visible_outcomes[place]):
+            if all(outcome.status is Status.NOT_WRITTEN for outcome in outcomes):
                 answers = outcomes[:1] * len(hidden)
             else:
                 passed = assess(question, assignment.visible[question.id], outcomes).passed
@@ -81,43 +81,49 @@ def _verdicts(sitting: Sitting, assignment: Assignment) -> Iterator[QuestionVerd
             tried.append(assess(question, cases, [*outcomes, *answers]))
             if tried[-1].passed:
                 break
-        best = old = max(tried, key=lambda one: one.score)
-        lent = {
-            one.function: assignment.lent(one.id)
-            for one in wrong
-            if one.function in sitting.calls.get(question.function, ())
-            and not any(map(one.answers, assignment.questions[place:]))
+        own_verdict = max(tried, key=lambda verdict: verdict.score)
+        verdict = own_verdict
+        replacements = {
+            callee.function: assignment.replacement(callee.id)
+            for callee in failed
+            if callee.function in sitting.calls.get(question.function, ())
+            and not any(map(callee.answers, assignment.questions[place:]))
         }
-        for state in range(len(seen[place]) if lent and hidden and not old.passed else 0):
-            answers = sitting.ask(question, hidden, state, right=lent)
-            new = assess(question, hidden, answers)
-            if new.score > best.score:
-                says = (
-                    f"{new.message} This was graded with the right "
-                    f"{', '.join(f'`{name}`' for name in lent)} in place of yours: with yours it "
-                    f"would get {old.score:g} of {old.points:g} points."
+        is_tried_again = replacements and hidden and not own_verdict.passed
+        for state in range(len(visible_outcomes[place]) if is_tried_again else 0):
+            answers = sitting.ask(question, hidden, state, replacements=replacements)
+            retrial = assess(question, hidden, answers)
+            if retrial.score > verdict.score:
+                names = ", ".join(f"`{name}`" for name in replacements)
+                message = (
+                    f"{retrial.message} This was graded with the right {names} in place of yours: "
+                    f"with yours it would get {own_verdict.score:g} of {own_verdict.points:g} "
+                    f"points."
                 )
-                best = replace(new, replaced=tuple(lent), message=says)
-        if not best.passed and question.id in assignment.right:
-            wrong.append(question)
-        yield best
+                verdict = replace(retrial, replaced=tuple(replacements), message=message)
+        if not verdict.passed and question.id in assignment.right:
+            failed.append(question)
+        yield verdict
 
 
 def grade_one(
-    submission: Submission, assignment: str, wall: Wall, known: Record | None = None
+    submission: Submission, folder: str, wall: Wall, record: Record | None = None
 ) -> Record:
-    """Read a submission, and grade it by the assignment in a folder unless `known` still holds."""
+    """Read a submission, and grade it by the assignment in a folder.
+
+    A `record` of it that still holds is kept.
+    """
     wall = wall if wall.mode else open_wall(wall.hidden, wall.seconds)  # each machine its own
-    asked = read_assignment(assignment)
+    assignment = read_assignment(folder)
     files, unread = read_files(submission.files)
     if not submission.files:
         unread = (NO_FILES,)
-    mark = fingerprint(files, asked, wall)
+    mark = fingerprint(files, assignment, wall)
     late = submission.late
     if late is None:  # nobody says: what was said before holds
-        late = known.late if known else 0.0
-    if known and known.fingerprint == mark:
-        return replace(known, late=late)
-    verdict, code = grade_submission(files, wall, asked, submission.student)
+        late = record.late if record else 0.0
+    if record and record.fingerprint == mark:
+        return replace(record, late=late)
+    verdict, code = grade_submission(files, wall, assignment, submission.student)
     verdict = replace(verdict, submission=submission.name, unread=unread + verdict.unread)
     return Record(verdict=verdict, fingerprint=mark, code=code, late=late)

@@ -79,14 +79,15 @@ class Question:
     def source(self, body: str) -> str:
         """The function with a body, whose lines are indented here."""
         lines = ['"""' + self.docstring + '"""', *body.splitlines()]
-        text = "\n".join(lines).replace("\n", "\n    ")
-        trimmed = "\n".join(line.rstrip() for line in text.splitlines())
+        indented = "\n".join(lines).replace("\n", "\n    ")
+        trimmed = "\n".join(line.rstrip() for line in indented.splitlines())
         return f"def {self.function}{self.signature}:\n    {trimmed}"
 
-    def answers(self, other: Question) -> bool:
+    def answers(self, question: Question) -> bool:
         """True if the right function takes all that another one does, and answers it outright."""
-        takes, asked = (set(re.findall(r"\w+", one.signature)) for one in (self, other))
-        return asked <= takes and self.answer is other.answer
+        takes = set(re.findall(r"\w+", self.signature))
+        needed = set(re.findall(r"\w+", question.signature))
+        return needed <= takes and self.answer is question.answer
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -128,16 +129,17 @@ class Assignment:
 
     def question(self, id: str) -> Question:
         """The question of that id."""
-        return {one.id: one for one in self.questions}[id]
+        return {question.id: question for question in self.questions}[id]
 
-    def lent(self, id: str) -> str:
+    def replacement(self, id: str) -> str:
         """The source of a right function and of the earlier ones that it calls, and no more."""
-        needed, found = {id}, ["import numpy as np\n"]
-        for one in reversed(list(self.right)):  # what it calls comes before it
-            if one in needed:
-                needed.update(re.findall(r"\w+", self.right[one]))
-                found.insert(1, self.right[one])
-        return "\n\n".join(found)
+        needed = {id}
+        sources = ["import numpy as np\n"]
+        for name, source in reversed(list(self.right.items())):  # what it calls comes before it
+            if name in needed:
+                needed.update(re.findall(r"\w+", source))
+                sources.insert(1, source)
+        return "\n\n".join(sources)
 
     def cases(self, question: str) -> tuple[Case, ...]:
         """The visible cases of a question, and the hidden ones where there are any."""
@@ -155,7 +157,7 @@ def read_assignment(folder: str | os.PathLike[str], *, hidden: bool = True) -> A
     head = _read(folder / "questions.json", digest)
     visible = _cases(_read(folder / "visible.json", digest), False)
     drawn: Cases = {}
-    kept: dict[str, Any] = {}
+    course: dict[str, Any] = {}
     if hidden:
         if not (folder / "hidden" / CASES).exists():
             raise LabkitError(
@@ -163,14 +165,14 @@ def read_assignment(folder: str | os.PathLike[str], *, hidden: bool = True) -> A
             )
         drawn = _cases(_read(folder / "hidden" / CASES, digest), True)
         if (folder / "hidden" / COURSE).exists():
-            kept = _read(folder / "hidden" / COURSE, digest)
+            course = _read(folder / "hidden" / COURSE, digest)
     return Assignment(
         title=head["title"],
         questions=tuple(map(_question, head["questions"])),
         visible=visible,
         hidden=drawn,
         digest=digest.hexdigest(),
-        **{name: kept[name] for name in ("right", "public") if kept},
+        **{name: course[name] for name in ("right", "public") if course},
     )
 
 
@@ -183,15 +185,17 @@ def _read(path: Path, digest: Any) -> dict[str, Any]:
         if version != FORMAT:
             raise ValueError(f"it has format {version!r}, this labkit reads {FORMAT}")
     except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", error)
-        raise LabkitError(f"cannot read {path}: {why}; {WRITE}") from None
+        reason = getattr(error, "strerror", error)
+        raise LabkitError(f"cannot read {path}: {reason}; {WRITE}") from None
     digest.update(data)
     return content
 
 
 def _question(fields: dict[str, Any]) -> Question:
-    known = tuple(Misconception(**each) for each in fields["misconceptions"])
-    return Question(**fields | {"answer": Answer(fields["answer"]), "misconceptions": known})
+    misconceptions = tuple(Misconception(**mistake) for mistake in fields["misconceptions"])
+    return Question(
+        **fields | {"answer": Answer(fields["answer"]), "misconceptions": misconceptions}
+    )
 
 
 def _cases(content: dict[str, Any], hidden: bool) -> Cases:
@@ -200,7 +204,7 @@ def _cases(content: dict[str, Any], hidden: bool) -> Cases:
 
     def case(fields: dict[str, Any]) -> Case:
         fields |= {name: values(fields[name]) for name in ("arguments", "expected")}
-        fields["mistaken"] = {id: values(each) for id, each in fields["mistaken"].items()}
+        fields["mistaken"] = {id: values(answers) for id, answers in fields["mistaken"].items()}
         return Case(hidden=hidden, **fields)
 
     return {question: tuple(map(case, cases)) for question, cases in content["cases"].items()}
@@ -214,13 +218,15 @@ def cases_beside(path: str | os.PathLike[str]) -> Path:
 def refuse_outdated(drawn: Assignment, now: Assignment, secret: str | os.PathLike[str]) -> None:
     """Raise `LabkitError` where cases were drawn for other questions than there are now."""
     names = ("id", "title", "points", "signature", "docstring", "answer", "chance")
-    for old, new in zip_longest(drawn.questions, now.questions):
+    for past, present in zip_longest(drawn.questions, now.questions):
         for name in names:
-            before, after = (getattr(one, name, None) for one in (old, new))
-            if before != after:
+            drawn_value = getattr(past, name, None)
+            value = getattr(present, name, None)
+            if drawn_value != value:
                 raise LabkitError(
                     f"{cases_beside(secret)} was drawn for an older assignment: the {name} of "
-                    f"`{(new or old).id}` was {before!r} and is {after!r}. Draw it again: "
+                    f"`{(present or past).id}` was {drawn_value!r} and is {value!r}. Draw it "
+                    f"again: "
                     f"`python -m labkit.course.authoring --secret {os.fspath(secret)}`"
                 )
 
@@ -235,6 +241,6 @@ def read_secret(path: Path) -> bytes:
     except OSError as error:
         raise LabkitError(f"cannot read or write {path}: {error.strerror}") from None
     if len(secret) < LEAST:
-        says = f"{path} holds {len(secret)} bytes, a secret needs {LEAST}"
-        raise LabkitError(f"{says}: remove it, and the same command makes one")
+        problem = f"{path} holds {len(secret)} bytes, a secret needs {LEAST}"
+        raise LabkitError(f"{problem}: remove it, and the same command makes one")
     return secret

@@ -34,7 +34,7 @@ class Sitting:
     def __init__(self, functions: Sequence[str], wall: Wall) -> None:
         self.functions = functions
         self.wall = wall
-        self.left = IN_ALL * wall.seconds  # of processor time
+        self.seconds_left = IN_ALL * wall.seconds  # of processor time
         self.box: Box | None = None
         self.program = Program([], {}, [], [])
         self.notes = list[str]()
@@ -48,7 +48,7 @@ class Sitting:
 
     def read(self, files: Mapping[str, bytes]) -> None:
         """Have the files read, before any code of theirs is in the box, and then the cells run."""
-        self.box = Box(self.wall, self.left)
+        self.box = Box(self.wall, self.seconds_left)
         sizes = {name: len(data) for name, data in files.items()}
         order = {"sizes": sizes, "functions": self.functions, "handed_out": HANDED_OUT}
         try:
@@ -63,29 +63,31 @@ class Sitting:
         """Have the cells run; one that ends the box is left out from then on."""
         cells = self.program.cells
         order = {"cells": cells, "scripts": self.program.scripts, "functions": self.functions}
-        while cells and self.left > 0.0:
+        while cells and self.seconds_left > 0.0:
             cell = 0
-            self.box = self.box or Box(self.wall, self.left)
+            self.box = self.box or Box(self.wall, self.seconds_left)
             try:
                 self.box.send(CELLS * self.wall.seconds + MORE, **order)
-                said: dict[str, Any] = {}
+                reply: dict[str, Any] = {}
                 for _ in range(len(cells) + 1):
-                    said = self.box.receive()
-                    cell = said.get("cell", cell)
+                    reply = self.box.receive()
+                    cell = reply.get("cell", cell)
                 if not self.is_sealed:
-                    self.notes = list(said["notes"])
-                    self.faults = {str(k): shown(v) for k, v in dict(said["faults"]).items()}
-                    answers = said["answers"].items()
-                    self.calls = {name: set(each["calls"]) for name, each in answers}
-                    self.states = {name: max(1, len(each["states"][:2])) for name, each in answers}
+                    self.notes = list(reply["notes"])
+                    self.faults = {str(k): clean_text(v) for k, v in dict(reply["faults"]).items()}
+                    answers = reply["answers"].items()
+                    self.calls = {name: set(answer["calls"]) for name, answer in answers}
+                    self.states = {
+                        name: max(1, len(answer["states"][:2])) for name, answer in answers
+                    }
                 return
             except (BoxError, LookupError, TypeError, ValueError, AttributeError):  # untrusted
                 self.close()
                 is_place = isinstance(cell, int) and 0 <= cell < len(cells)
                 _, label = cells.pop(cell if is_place else 0)
                 if not self.is_sealed:
-                    says = f"{label} ended the program or hung, so it is left out"
-                    self.program.notes.append(says)
+                    note = f"{label} ended the program or hung, so it is left out"
+                    self.program.notes.append(note)
 
     def ask(
         self,
@@ -93,7 +95,7 @@ class Sitting:
         cases: Sequence[Case],
         state: int,
         *,
-        right: Mapping[str, str] = {},
+        replacements: Mapping[str, str] = {},
         trusted: bool = False,
     ) -> list[Outcome]:
         """The outcomes of some cases of one question, all visible or all hidden.
@@ -101,16 +103,20 @@ class Sitting:
         A call that takes too long ends them. It is asked again, alone and with more time, where
         the function is `trusted` or was right in all cases before it.
         """
-        outcomes = self._call(question, cases, state, right, 1.0)
-        place = next((k for k, one in enumerate(outcomes) if one.status is Status.TOO_LONG), None)
+        outcomes = self._call(question, cases, state, replacements, 1.0)
+        place = next(
+            (k for k, outcome in enumerate(outcomes) if outcome.status is Status.TOO_LONG), None
+        )
         if place is None:
             return outcomes
-        before = zip(cases, outcomes[:place], strict=False)
-        are_right = all(is_right(question, case, one.value) for case, one in before)
+        earlier = zip(cases, outcomes[:place], strict=False)
+        are_right = all(is_right(question, case, outcome.value) for case, outcome in earlier)
         if are_right and (trusted or place > 0):
-            self.hung.discard((question.function, state, frozenset(right)))
+            self.hung.discard((question.function, state, frozenset(replacements)))
             for k in range(place, len(cases)):
-                (outcomes[k],) = self._call(question, cases[k : k + 1], state, right, PATIENCE)
+                (outcomes[k],) = self._call(
+                    question, cases[k : k + 1], state, replacements, PATIENCE
+                )
                 if outcomes[k].status is Status.TOO_LONG:
                     break
         return outcomes
@@ -120,7 +126,7 @@ class Sitting:
         question: Question,
         cases: Sequence[Case],
         state: int,
-        right: Mapping[str, str],
+        replacements: Mapping[str, str],
         patience: float,
     ) -> list[Outcome]:
         """Send cases to the box; what hung before, by itself or in what it calls, is not called."""
@@ -128,9 +134,9 @@ class Sitting:
         if self.box is None:
             self.run()
         if self.box is None or name not in self.states:
-            status = Status.TOO_LONG if self.left <= 0.0 else Status.NOT_DEFINED
+            status = Status.TOO_LONG if self.seconds_left <= 0.0 else Status.NOT_DEFINED
             return [Outcome(status=status, message=self.faults.get(name, ""))] * len(cases)
-        if self._hangs(name, state, right):
+        if self._hangs(name, state, replacements):
             return [Outcome(status=Status.TOO_LONG)] * len(cases)
         is_hidden = any(case.hidden for case in cases)
         self.is_sealed |= is_hidden
@@ -138,11 +144,11 @@ class Sitting:
         outcomes = list[Outcome]()
         try:
             calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
-            order = {"function": name, "state": state, "right": right, "calls": calls}
+            order = {"function": name, "state": state, "replacements": replacements, "calls": calls}
             self.box.send(CALLS * seconds + MORE, seconds=seconds, **order)
             while len(outcomes) < len(cases):
                 self.box.allow(CALLS * seconds + MORE)
-                outcomes.append(outcome(self.box.receive()))
+                outcomes.append(read_outcome(self.box.receive()))
                 if outcomes[-1].status is Status.TOO_LONG:
                     break
         except BoxError as error:
@@ -151,51 +157,51 @@ class Sitting:
             outcomes.append(Outcome(status=Status.TOO_LONG if is_timeout else Status.KILLED))
         outcomes += outcomes[-1:] * (len(cases) - len(outcomes))
         if outcomes[-1].status in (Status.TOO_LONG, Status.KILLED):
-            self.hung.add((name, state, frozenset(right)))
-        return [withheld(one) if is_hidden else one for one in outcomes]
+            self.hung.add((name, state, frozenset(replacements)))
+        return [withhold(outcome) if is_hidden else outcome for outcome in outcomes]
 
-    def _hangs(self, name: str, state: int, right: Mapping[str, str]) -> bool:
+    def _hangs(self, name: str, state: int, replacements: Mapping[str, str]) -> bool:
         """True if such a call hung, or would call a function that hung and is not lent to it.
 
         What hung may have done so for the fault of a function that is lent now: it is called.
         """
-        if (name, state, frozenset(right)) in self.hung:
+        if (name, state, frozenset(replacements)) in self.hung:
             return True
-        lent = right.keys()
-        others = {one for one, _, _ in self.hung} - {name} - lent
-        return any(one in self.calls[name] and not self.calls.get(one, set()) & lent
-                   for one in others)  # fmt: skip
+        lent = replacements.keys()
+        hung = {function for function, _, _ in self.hung} - {name} - lent
+        return any(function in self.calls[name] and not self.calls.get(function, set()) & lent
+                   for function in hung)  # fmt: skip
 
     def close(self) -> None:
         """End the box, and count its time."""
         if self.box:
-            self.left -= self.box.used() + BEGINNING * self.wall.seconds
+            self.seconds_left -= self.box.processor_time() + BEGINNING * self.wall.seconds
             self.box.close()
         self.box = None
 
 
-def withheld(outcome: Outcome) -> Outcome:
+def withhold(outcome: Outcome) -> Outcome:
     """An outcome of a hidden case, without what a student's code may say of its arguments."""
     if outcome.status in (Status.RETURNED, Status.TOO_LONG, Status.NOT_DEFINED):
         return outcome
     return Outcome(status=Status.NO_RESULT)
 
 
-def outcome(said: Mapping[str, Any]) -> Outcome:
+def read_outcome(reply: Mapping[str, Any]) -> Outcome:
     """Read what the box says of a call; `BoxError` where it is no answer."""
     try:
-        if "status" not in said:
-            return Outcome(value=data.from_json(said["value"]))
-        status = Status(said["status"])
+        if "status" not in reply:
+            return Outcome(value=data.from_json(reply["value"]))
+        status = Status(reply["status"])
         if status not in FROM_BOX:
             raise ValueError
     except (KeyError, ValueError, RecursionError):
         raise BoxError("the program sent an invalid answer") from None
-    error = str(said.get("error", ""))
+    error = str(reply.get("error", ""))
     error = error if error.isidentifier() else "Exception"
-    return Outcome(status=status, error=error, message=shown(said.get("message") or ""))
+    return Outcome(status=status, error=error, message=clean_text(reply.get("message") or ""))
 
 
-def shown(text: object) -> str:
+def clean_text(message: object) -> str:
     """A student's text without what a terminal or a page would not print, and cut."""
-    return "".join(letter if letter.isprintable() else " " for letter in str(text)[:600])
+    return "".join(letter if letter.isprintable() else " " for letter in str(message)[:600])

@@ -100,7 +100,7 @@ class Liar:
     def receive(self, most=0):
         return self.said.pop(0)
 
-    def used(self):
+    def processor_time(self):
         return 0.0
 
     def allow(self, seconds):
@@ -114,8 +114,8 @@ def test_in_the_box_lies_nothing_that_is_still_to_be_asked(monkeypatch):
     """On every order that the most that can be lent leads to."""
     monkeypatch.setattr(sitting, "Box", Liar)
     grading.grade_submission({"a.py": b"def rotation(): 0"}, Wall("none"), ASSIGNMENT, "ada")
-    lent = [order for order in ORDERS if order.get("right")]
-    assert {name for order in lent for name in order["right"]} == {*NAMES[:-1]} - {"wrap"}
+    lent = [order for order in ORDERS if order.get("replacements")]
+    assert {name for order in lent for name in order["replacements"]} == {*NAMES[:-1]} - {"wrap"}
     visible = [[data.to_json(argument) for argument in case.arguments]
                for cases in ASSIGNMENT.visible.values() for case in cases]  # fmt: skip
     is_hidden = [one["calls"][0] not in visible for one in ORDERS]
@@ -125,7 +125,7 @@ def test_in_the_box_lies_nothing_that_is_still_to_be_asked(monkeypatch):
     for order in lent:
         place = NAMES.index(order["function"])
         assert is_hidden[ORDERS.index(order)]
-        for name, source in order["right"].items():
+        for name, source in order["replacements"].items():
             later = ASSIGNMENT.questions[place:]
             assert not any(map(ASSIGNMENT.question(name).answers, later))
             words = set(re.findall(r"\w+", source))

@@ -19,13 +19,13 @@ from labkit.grading.box.outside import (
     SYSTEM,
     Box,
     Wall,
+    find_unused_user,
     open_wall,
-    unused_user,
     why_not,
 )
 from labkit.grading.box.watch import BoxError
 from labkit.grading.questions import read_assignment
-from labkit.grading.sitting import outcome
+from labkit.grading.sitting import read_outcome
 from labkit.support.errors import LabkitError
 from tests.grading.small import RIGHT
 
@@ -193,7 +193,7 @@ def test_each_wall_holds_what_is_said_of_it(safe_wall, small, tmp_path):
             while "answers" not in box.receive():
                 pass
             calls = [[data.to_json(tuple(trials))]]
-            box.send(60.0, seconds=30.0, function="holes", state=0, right={}, calls=calls)
+            box.send(60.0, seconds=30.0, function="holes", state=0, replacements={}, calls=calls)
             assert data.from_json(box.receive()["value"]) == ()
         assert not list(shared.parent.glob(f"{MARK}-*"))
     finally:
@@ -263,8 +263,8 @@ def test_what_the_box_says_is_checked_word_by_word():
         *({"value": value} for value in values),
     ):
         with pytest.raises(BoxError):
-            outcome(said)
-    told = outcome({"status": "raised", "error": "a b", "message": "\x1b[2J\u202e" * 999})
+            read_outcome(said)
+    told = read_outcome({"status": "raised", "error": "a b", "message": "\x1b[2J\u202e" * 999})
     assert told.error == "Exception"
     assert told.message.isprintable()
     assert len(told.message) == 600
@@ -296,14 +296,14 @@ def test_where_no_wall_holds_the_message_says_what_to_do(monkeypatch):
 def test_a_box_takes_a_user_that_nobody_is(monkeypatch):
     import pwd  # noqa: PLC0415
 
-    assert unused_user() != unused_user()
+    assert find_unused_user() != find_unused_user()
     monkeypatch.setattr(
         "labkit.grading.box.outside.USERS", iter([0, pwd.getpwnam("nobody").pw_uid, 7777])
     )
-    assert unused_user() == 7777
+    assert find_unused_user() == 7777
     running = [sys.executable, "-c", "import os; os.setuid(7777); print(flush=True); input()"]
     with subprocess.Popen(running, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdout.readline()
         monkeypatch.setattr("labkit.grading.box.outside.USERS", iter([7777, 8888]))
-        assert unused_user() == 8888
+        assert find_unused_user() == 8888
         process.communicate(b"\n")

@@ -25,7 +25,7 @@ import numpy as np
 import labkit.course.exercises as chapters
 from labkit.course.assignment import load_assignment
 from labkit.course.exercises.entries import ENTRIES, exercise
-from labkit.grading.box.inside.data import NoAnswerError, plain, said_of
+from labkit.grading.box.inside.data import NoAnswerError, describe_error, plain
 from labkit.grading.judge.compare import assess
 from labkit.grading.judge.verdict import Outcome, QuestionVerdict, Status, to_html
 from labkit.grading.questions import Case, Question
@@ -289,7 +289,7 @@ def _outcome(
     except (Exception, SystemExit) as error:  # the student's own, whatever it is
         where = error.__traceback__ and error.__traceback__.tb_next
         line = f" (line {where.tb_lineno} of its cell)" if where else ""
-        said = said_of(error)
+        said = describe_error(error)
         hint = next((f"; {text}" for sign, text in HINTS.items() if re.search(sign, said)), "")
         unwritten = isinstance(error, NotImplementedError)
         return Outcome(

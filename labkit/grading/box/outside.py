@@ -119,9 +119,9 @@ def why_not(wall: Wall) -> str:
             box.send(START, cells=[(PROBE, "probe")], scripts={}, functions=["holes"])
             while "answers" not in box.receive():
                 pass
-            box.send(START, function="holes", state=0, right={}, calls=calls)
-            found = [hole for _ in calls for hole in data.from_json(box.receive()["value"])]
-            return " and ".join(dict.fromkeys(found))
+            box.send(START, function="holes", state=0, replacements={}, calls=calls)
+            holes = [hole for _ in calls for hole in data.from_json(box.receive()["value"])]
+            return " and ".join(dict.fromkeys(holes))
     except (BoxError, LabkitError, OSError, KeyError) as error:
         return str(error) or type(error).__name__
 
@@ -132,10 +132,10 @@ class Box:
     def __init__(self, wall: Wall, seconds: float = IN_ALL * SECONDS) -> None:
         self.wall = wall
         self._buffer = bytearray()
-        user = unused_user() if os.geteuid() == 0 and wall.mode != "none" else 0
+        user = find_unused_user() if os.geteuid() == 0 and wall.mode != "none" else 0
         settings = {"seconds": seconds, "user": user, "wall": wall.mode}
         command = [os.path.realpath(sys.executable), "-I", "-S", "-B", "-X", "utf8", "-c"]
-        above = os.path.dirname(compiled_folder())
+        above = os.path.dirname(compile_folder())
         command += [COMMAND.format(above=above, paths=packages()), json.dumps(settings)]
         if wall.mode == "bubblewrap":
             command = [*bubblewrap(wall), *command]
@@ -174,22 +174,22 @@ class Box:
     def send(self, allowed: float, attached: bytes = b"", /, **order: Any) -> None:
         """Order what `main` in the box serves, with seconds of processor time for all answers."""
         line = json.dumps({"seconds": self.wall.seconds, **order})
-        left = memoryview(line.encode() + b"\n" + attached)
+        unsent = memoryview(line.encode() + b"\n" + attached)
         self.allow(allowed)
-        while left:
-            left = left[self._moved(self._channel.send, left) :]
+        while unsent:
+            unsent = unsent[self._transfer(self._channel.send, unsent) :]
 
-    def receive(self, most: int = MAX_LINE) -> dict[str, Any]:
+    def receive(self, max_bytes: int = MAX_LINE) -> dict[str, Any]:
         """The next answer; `BoxError` where none comes, `MachineError` by the machine's fault."""
-        seen = 0
-        while (end := self._buffer.find(b"\n", seen)) < 0:
-            seen = len(self._buffer)
-            read = self._moved(self._channel.recv, 1 << 16)
+        searched = 0
+        while (newline := self._buffer.find(b"\n", searched)) < 0:
+            searched = len(self._buffer)
+            read = self._transfer(self._channel.recv, 1 << 16)
             self._buffer += read
-            if not read or seen > most:
+            if not read or searched > max_bytes:
                 raise BoxError("the program sent too much output" if read else ENDED)
-        line = bytes(self._buffer[:end])
-        del self._buffer[: end + 1]
+        line = bytes(self._buffer[:newline])
+        del self._buffer[: newline + 1]
         try:
             answer = json.loads(line)
         except (ValueError, RecursionError):
@@ -198,7 +198,7 @@ class Box:
             raise BoxError("the program sent an invalid answer")
         return answer
 
-    def used(self) -> float:
+    def processor_time(self) -> float:
         """Seconds of processor time that the box has used."""
         usage = read_usage(self._pid)
         return usage.used if usage else self._watch.last.used
@@ -207,14 +207,14 @@ class Box:
         """Allow the code so many seconds of processor time from now on."""
         self._watch = Watch(seconds, read_usage(self._pid), time.monotonic())
 
-    def _moved(self, move: Callable[[Any], T], what: Any) -> T:
+    def _transfer(self, move: Callable[[Any], T], argument: Any) -> T:
         """Result of a step on the channel, with a look at the time from time to time."""
         while True:
             now = time.monotonic()
             if now > self._watch.looked + LOOK:
                 self._watch.look(read_usage(self._pid), now)
             try:
-                return move(what)
+                return move(argument)
             except TimeoutError:
                 continue
             except OSError:
@@ -254,8 +254,8 @@ def bubblewrap(wall: Wall) -> list[str]:
 
 
 @cache
-def compiled_folder() -> str:
-    """The folder of what runs in the box, compiled once here, and not in each box."""
+def compile_folder() -> str:
+    """Compile what runs in the box, once here and not in each box; return its folder."""
     compileall.compile_dir(OWN, quiet=2)
     return OWN
 
@@ -267,8 +267,8 @@ def packages() -> list[str]:
     return sorted({os.path.dirname(os.path.realpath(path)) for path in places})
 
 
-def unused_user() -> int:
-    """A user that nobody is: no account, no running process, no other box of this grader."""
+def find_unused_user() -> int:
+    """An unused user id: no account, no running process, no other box of this grader."""
     taken = {entry.pw_uid for entry in importlib.import_module("pwd").getpwall()}
     for process in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from labkit.grading.box.inside.data import MAX_NESTING, NoAnswerError, from_json, plain, said_of
+from labkit.grading.box.inside.data import (
+    MAX_NESTING,
+    NoAnswerError,
+    describe_error,
+    from_json,
+    plain,
+)
 
 
 def nested(depth, wrap):
@@ -52,4 +58,4 @@ def test_what_is_nested_too_deeply_crosses_in_neither_direction(wrap):
 
 
 def test_an_error_says_no_more_than_a_page_can_show():
-    assert len(said_of(ValueError("a" * 10**6))) < 1000
+    assert len(describe_error(ValueError("a" * 10**6))) < 1000

@@ -10,7 +10,7 @@ import pytest
 
 from labkit.grading.box import outside
 from labkit.grading.box.inside import data
-from labkit.grading.box.outside import MAX_LINE, Box, Wall, unused_user
+from labkit.grading.box.outside import MAX_LINE, Box, Wall, find_unused_user
 from labkit.grading.box.watch import BoxError, BoxTimeout, read_usage
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="boxes are Linux's")
@@ -38,7 +38,7 @@ def told(box, cells, *functions):
     while "answers" not in box.receive():
         pass
     for name in functions:
-        box.send(60.0, function=name, state=0, right={}, calls=[[]])
+        box.send(60.0, function=name, state=0, replacements={}, calls=[[]])
         yield data.from_json(box.receive()["value"])
 
 
@@ -75,7 +75,7 @@ def test_what_a_box_used_counts_when_it_is_gone(wall, monkeypatch):
             box.receive()
     monkeypatch.setattr(outside, "read_usage", lambda pid: None)
 
-    assert box.used() > 1.0
+    assert box.processor_time() > 1.0
 
 
 def test_usage_is_what_the_system_counts_whatever_a_process_calls_itself():
@@ -102,4 +102,4 @@ def test_the_user_of_a_box_has_no_process(monkeypatch):
     monkeypatch.setattr("pwd.getpwall", list)
     monkeypatch.setattr(outside, "USERS", iter([os.getuid(), 70_001]))  # beyond all graders'
 
-    assert unused_user() == 70_001
+    assert find_unused_user() == 70_001

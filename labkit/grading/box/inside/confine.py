@@ -41,9 +41,9 @@ def confine(*, seconds: float, user: int, wall: str) -> None:
     """Give up, for good: time, memory, one's user for another, and system calls behind a wall."""
     limits = {"CPU": int(seconds) + 1, "NOFILE": 128, "CORE": 0, "AS": MEMORY}
     limits["FSIZE"] = FILE_BYTES if wall == "bubblewrap" else 0
-    for kind, most in limits.items():
+    for kind, limit in limits.items():
         if kind != "AS" or sys.platform == "linux":  # macOS cannot limit it
-            resource.setrlimit(getattr(resource, f"RLIMIT_{kind}"), (most, most))
+            resource.setrlimit(getattr(resource, f"RLIMIT_{kind}"), (limit, limit))
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     if user:
         os.setgroups([])
@@ -60,8 +60,8 @@ def _refuse(library: ctypes.CDLL, *, shares_files: bool) -> None:
     library.seccomp_init.restype = ctypes.c_void_p
     rules = ctypes.c_void_p(library.seccomp_init(ALLOW))
     names = (REFUSED + MAKING * shares_files).split()
-    some = SOME + MAKING_SOME * shares_files
-    for name, *values in [*((name,) for name in names), ("clone3",), *some]:
+    conditional = SOME + MAKING_SOME * shares_files
+    for name, *values in [*((name,) for name in names), ("clone3",), *conditional]:
         number = library.seccomp_syscall_resolve_name(str(name).encode())
         if number < -1:  # this processor has no such call
             continue

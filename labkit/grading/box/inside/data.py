@@ -16,7 +16,10 @@ from numpy.typing import NDArray
 
 Value: TypeAlias = NDArray[Any] | float | str | tuple["Value", ...] | dict[str, "Value"] | None
 """Plain data. Arrays are float64, int64 or bool; a student's list arrives as a tuple."""
-MOST, NODE, MAX_NESTING, MAX_MESSAGE = 1 << 16, 24, 12, 480
+MAX_BYTES = 1 << 16  # of an answer
+NODE_BYTES = 24  # that a value takes beside its content
+MAX_NESTING = 12
+MAX_MESSAGE = 480  # letters
 DTYPES = {"f": "float64", "i": "int64", "u": "int64", "b": "bool"}
 
 
@@ -30,7 +33,7 @@ def plain(value: Any) -> Any:
 
 
 def to_json(value: Any) -> Any:
-    """The form in JSON of a value of at most `MOST` bytes.
+    """The form in JSON of a value of at most `MAX_BYTES` bytes.
 
     Numbers become float, int or bool; arrays float64, int64 or bool; lists become tuples. Raises
     `NoAnswerError` for other values, and for what is larger or too deeply nested.
@@ -38,21 +41,22 @@ def to_json(value: Any) -> Any:
     >>> to_json((True, np.eye(2)))
     {'tuple': [True, {'dtype': 'float64', 'shape': [2, 2], 'data': [1.0, 0.0, 0.0, 1.0]}]}
     """
-    left = MOST
+    bytes_left = MAX_BYTES
 
-    def encoded(value: Any, depth: int) -> Any:
-        nonlocal left
-        sized = isinstance(value, tuple | list | range | dict | str)
-        left -= NODE + 8 * (value.size if isinstance(value, np.ndarray) else sized and len(value))
-        if left < 0 or depth > MAX_NESTING:
+    def encode(value: Any, depth: int) -> Any:
+        nonlocal bytes_left
+        is_sized = isinstance(value, tuple | list | range | dict | str)
+        entries = value.size if isinstance(value, np.ndarray) else is_sized and len(value)
+        bytes_left -= NODE_BYTES + 8 * entries
+        if bytes_left < 0 or depth > MAX_NESTING:
             raise NoAnswerError("returned more data than an answer to this question can need")
         if isinstance(value, tuple | list | range):
-            return {"tuple": [encoded(entry, depth + 1) for entry in value]}
+            return {"tuple": [encode(entry, depth + 1) for entry in value]}
         if isinstance(value, dict):
-            return {"dict": {str(key): encoded(entry, depth + 1) for key, entry in value.items()}}
+            return {"dict": {str(key): encode(entry, depth + 1) for key, entry in value.items()}}
         return _array(value) if isinstance(value, np.ndarray) else _single(value)
 
-    return encoded(value, 0)
+    return encode(value, 0)
 
 
 def _single(value: Any) -> Any:
@@ -66,13 +70,13 @@ def _single(value: Any) -> Any:
         return float(value) if math.isfinite(value) else {"float": repr(float(value))}
     if getattr(type(value), "is_stand_in", False):
         package = str(value.__name__).partition(".")[0]
-        what = f"a placeholder, since {package} is not available while grading"
+        description = f"a placeholder, since {package} is not available while grading"
     elif callable(value) and not isinstance(value, type):
-        what = "a function, uncalled (are its brackets missing?)"
+        description = "a function, uncalled (are its brackets missing?)"
     else:
         name = type(value).__name__[:60]
-        what = f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"
-    raise NoAnswerError(f"returned {what}; return numbers, arrays or tuples")
+        description = f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"
+    raise NoAnswerError(f"returned {description}; return numbers, arrays or tuples")
 
 
 def _array(value: Any) -> dict[str, Any]:
@@ -80,8 +84,8 @@ def _array(value: Any) -> dict[str, Any]:
     if array.dtype.kind == "c":
         raise NoAnswerError("returned complex numbers; return real ones (`.real`?)")
     if array.dtype.kind not in DTYPES:
-        what = f"an array of dtype {array.dtype}, which holds no numbers"
-        raise NoAnswerError(f"returned {what}; are its rows of different length?")
+        description = f"an array of dtype {array.dtype}, which holds no numbers"
+        raise NoAnswerError(f"returned {description}; are its rows of different length?")
     array = array.astype(DTYPES[array.dtype.kind])
     data = array.ravel().tolist()
     if not np.isfinite(array).all():
@@ -114,12 +118,12 @@ def from_json(tree: Any, depth: int = 0) -> Any:  # noqa: PLR0911 (one for each 
     raise ValueError("it is no data, or nested too deeply")
 
 
-def said_of(error: BaseException) -> str:
+def describe_error(error: BaseException) -> str:
     """The error's name and text; it may raise another one instead of its text."""
-    said = type(error).__name__
-    if said == "NotImplementedError" and not error.args:
+    message = type(error).__name__
+    if message == "NotImplementedError" and not error.args:
         *_, (stub, _) = traceback.walk_tb(error.__traceback__)
         return f"`{stub.f_code.co_name}` is not written yet"
     with contextlib.suppress(BaseException):
-        said += f": {error}"
-    return said[:MAX_MESSAGE]
+        message += f": {error}"
+    return message[:MAX_MESSAGE]

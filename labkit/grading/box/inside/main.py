@@ -32,18 +32,18 @@ class OutOfTime(BaseException):
     """A cell or a call that is cut short."""
 
 
-def taking_lists(right: Callable[..., Any]) -> Callable[..., Any]:
+def accept_lists(reference: Callable[..., Any]) -> Callable[..., Any]:
     """A function whose arguments may be lists of numbers, as those of a student's own may be."""
 
-    def as_array(given: Any) -> Any:
-        return np.array(given) if isinstance(given, list | tuple) else given
+    def as_array(value: Any) -> Any:
+        return np.array(value) if isinstance(value, list | tuple) else value
 
-    @functools.wraps(right)
-    def called(*given: Any, **named: Any) -> Any:
+    @functools.wraps(reference)
+    def call_with_arrays(*positional: Any, **named: Any) -> Any:
         arrays = {name: as_array(value) for name, value in named.items()}
-        return right(*map(as_array, given), **arrays)
+        return reference(*map(as_array, positional), **arrays)
 
-    return called
+    return call_with_arrays
 
 
 class Session:
@@ -63,7 +63,7 @@ class Session:
         self.modules: list[types.ModuleType] = []  # scripts that were imported
         self.faults: dict[str, str] = {}  # why functions could not be parsed, by their names
         self.own: list[tuple[types.ModuleType, str, Any]] = []  # what is lent in place of
-        self.left = 0.0
+        self.seconds_left = 0.0
         self.armed = False
         signal.signal(signal.SIGPROF, self.cut)
 
@@ -89,28 +89,36 @@ class Session:
             signal.setitimer(signal.ITIMER_PROF, 0.0)
             signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
 
-    def run_cells(self, seconds: float, cells: list[tuple[str, str]], **given: Any) -> None:
+    def run_cells(
+        self,
+        seconds: float,
+        cells: list[tuple[str, str]],
+        scripts: dict[str, str],
+        functions: list[str],
+    ) -> None:
         """Run cells (source, label) in turn, and say what they define of the given functions."""
-        self.functions, self.finder.scripts = given["functions"], given["scripts"]
-        notes, last = list[str](), dict[str, Any]()
+        self.functions = functions
+        self.finder.scripts = scripts
+        notes = list[str]()
+        spaces = dict[str, Any]()  # after the last cell that defines a function, by its name
         self.space.update({name: standins.StandIn(name) for name in ("display", "get_ipython")})
         self.space["np"] = np
         time.sleep = lambda _: None  # who draws step by step waits for nobody here
         random.seed(0)  # graded again, a submission draws the same
         np.random.seed(0)  # noqa: NPY002
-        self.left = 2.0 * seconds  # for all experiments together
+        self.seconds_left = 2.0 * seconds  # for all experiments together
         for place, (source, label) in enumerate(cells):
             self.tell(cell=place)
-            before = dict(self.answers)
+            earlier = dict(self.answers)
             fault = self.run_cell(source, label, seconds)
             notes += [fault] * bool(fault)
             for name, value in self.answers.items():
-                if value is not before.get(name):
-                    last[name] = self.space | self.answers
-        end = self.space | self.answers
-        told = {name: self.described(name, last[name], end) for name in self.answers}
+                if value is not earlier.get(name):
+                    spaces[name] = self.space | self.answers
+        final = self.space | self.answers
+        answers = {name: self.describe(name, spaces[name], final) for name in self.answers}
         faults = {name: self.faults[name] for name in self.functions if name in self.faults}
-        self.tell(notes=notes[:60], answers=told, faults=faults)
+        self.tell(notes=notes[:60], answers=answers, faults=faults)
 
     def run_cell(self, source: str, label: str, seconds: float) -> str:
         """Run the statements of a cell one by one; why it was not run to its end.
@@ -121,26 +129,30 @@ class Session:
             with self.within(seconds):
                 nodes, faults = parsing.statements(source, label)
         except BaseException as error:
-            return f"{label} cannot be parsed, so nothing in it counts: {self.text(error)}"
+            return (
+                f"{label} cannot be parsed, so nothing in it counts: {self.describe_error(error)}"
+            )
         self.faults |= faults
         fault = f"{next(iter(faults.values()))}: it is left out" if faults else ""
         for node in nodes:
-            start, limit, defines = time.process_time(), seconds, parsing.is_definition(node)
+            start = time.process_time()
+            limit = seconds
+            defines = parsing.is_definition(node)
             if isinstance(node, ast.Import | ast.ImportFrom):  # of a large package
                 limit = 3.0 * seconds
             if not defines:
-                if self.left <= -2.0 * seconds:
+                if self.seconds_left <= -2.0 * seconds:
                     continue
-                limit = max(min(seconds / 2.0, self.left), seconds / 10.0)
+                limit = max(min(seconds / 2.0, self.seconds_left), seconds / 10.0)
             try:
                 with self.within(limit):
                     self.run(node, label)
             except BaseException as error:
-                fault = fault or f"{label} did not run to its end: {self.text(error)}"
+                fault = fault or f"{label} did not run to its end: {self.describe_error(error)}"
                 if isinstance(error, ModuleNotFoundError):
-                    self.space |= standins.absent(parsing.imported(node), error)
+                    self.space |= standins.absent(parsing.imports_of(node), error)
             if not defines:
-                self.left -= time.process_time() - start
+                self.seconds_left -= time.process_time() - start
         return fault
 
     def run(self, node: ast.stmt, label: str) -> None:
@@ -148,24 +160,24 @@ class Session:
 
         Stubs and labkit's own functions never replace an answer.
         """
-        for name, value in self.defined(node, label, self.space).items():
+        for name, value in self.define(node, label, self.space).items():
             is_stub = name in self.answers and parsing.is_stub(value)
             if name in self.functions and not is_stub and type(value) is not standins.StandIn:
                 self.answers[name] = value
 
-    def defined(self, node: ast.stmt, label: str, space: dict[str, Any]) -> dict[str, Any]:
+    def define(self, node: ast.stmt, label: str, space: dict[str, Any]) -> dict[str, Any]:
         """Run a statement in a space; the callables that it defines, whose names are noted."""
         code = self.compile(ast.Module([node], []), label, "exec")  # type: ignore[arg-type]
-        before = dict(space)
-        found = dict[str, Any]()
+        earlier = dict(space)
+        callables = dict[str, Any]()
         try:
             exec(code, space)
         finally:
             for name, value in list(space.items()):
-                if callable(value) and before.get(name) is not value:
+                if callable(value) and earlier.get(name) is not value:
                     self.uses[name] |= parsing.names_in(code)
-                    found[name] = value
-        return found
+                    callables[name] = value
+        return callables
 
     def run_script(self, source: str, name: str, module: types.ModuleType) -> None:
         """Run a script as the module that imports it.
@@ -175,39 +187,46 @@ class Session:
         self.modules.append(module)
         for node in parsing.statements(source, name)[0]:
             try:
-                self.defined(node, name, vars(module))
+                self.define(node, name, vars(module))
             except ModuleNotFoundError as error:
-                names = parsing.imported(node)
+                names = parsing.imports_of(node)
                 if not names:
                     raise
                 vars(module).update(standins.absent(names, error))
 
-    def described(self, name: str, last: dict[str, Any], end: dict[str, Any]) -> dict[str, Any]:
+    def describe(
+        self, name: str, defining: dict[str, Any], final: dict[str, Any]
+    ) -> dict[str, Any]:
         """Keep the state after its last cell, and that at the end if it or what it uses differs.
 
         Returns the numbers of its states, and which of the given functions it calls.
         """
         used = [name]
-        for one in used:  # which grows meanwhile
-            used += self.uses[one].difference(used)
-        kept = [last]
-        if any(end.get(one) is not last.get(one) for one in used):
-            kept.append(end)
-        self.states |= {(name, place): state for place, state in enumerate(kept)}
-        calls = [one for one in self.functions if one in used[1:]]
-        return {"states": [*range(len(kept))], "calls": calls}
+        for function in used:  # which grows meanwhile
+            used += self.uses[function].difference(used)
+        spaces = [defining]
+        if any(final.get(function) is not defining.get(function) for function in used):
+            spaces.append(final)
+        self.states |= {(name, place): space for place, space in enumerate(spaces)}
+        calls = [function for function in self.functions if function in used[1:]]
+        return {"states": [*range(len(spaces))], "calls": calls}
 
     def ask(
-        self, function: str, state: int, right: dict[str, str], calls: list[Any], seconds: float
+        self,
+        function: str,
+        state: int,
+        replacements: dict[str, str],
+        calls: list[Any],
+        seconds: float,
     ) -> None:
         """Call a function in one of its states, with right functions in place of some others."""
         self.space.clear()
         self.space.update(self.states.get((function, state), {}))
         self.take_back()
-        for name, source in right.items():
-            defined: dict[str, Any] = {}
-            exec(source, defined)
-            self.lend(name, taking_lists(defined[name]))
+        for name, source in replacements.items():
+            namespace: dict[str, Any] = {}
+            exec(source, namespace)
+            self.lend(name, accept_lists(namespace[name]))
         random.seed(0)
         np.random.seed(0)  # noqa: NPY002
         for arguments in calls:
@@ -216,13 +235,13 @@ class Session:
             if answer.get("status") == "too long":  # the others would take as long
                 break
 
-    def lend(self, name: str, right: Any) -> None:
+    def lend(self, name: str, reference: Any) -> None:
         """Put a right function where the student's stands, in modules as well."""
-        self.space[name] = right
+        self.space[name] = reference
         for module in self.modules:
             if name in vars(module):
                 self.own.append((module, name, vars(module)[name]))
-                vars(module)[name] = right
+                vars(module)[name] = reference
 
     def take_back(self) -> None:
         """Give modules back what right functions stood in for."""
@@ -232,10 +251,10 @@ class Session:
 
     def call(self, function: str, arguments: list[Any], seconds: float) -> dict[str, Any]:
         """Call it once within the time for a call; its value, or how it ended."""
-        given = [data.from_json(argument) for argument in arguments]
+        values = [data.from_json(argument) for argument in arguments]
         try:
             with self.within(seconds):
-                return {"value": data.to_json(self.space[function](*given))}
+                return {"value": data.to_json(self.space[function](*values))}
         except OutOfTime:
             return {"status": "too long"}
         except data.NoAnswerError as error:
@@ -243,9 +262,9 @@ class Session:
         except BaseException as error:
             status = "not written" if isinstance(error, NotImplementedError) else "raised"
             name = type(error).__name__[:60]
-            return {"status": status, "error": name, "message": self.text(error)}
+            return {"status": status, "error": name, "message": self.describe_error(error)}
 
-    def text(self, error: BaseException) -> str:
+    def describe_error(self, error: BaseException) -> str:
         """The error in a line, with the place in the student's code."""
         if isinstance(error, OutOfTime | data.NoAnswerError):
             return str(error)
@@ -253,7 +272,7 @@ class Session:
         for frame, line in traceback.walk_tb(error.__traceback__):
             file = frame.f_code.co_filename
             place = place if file.startswith(("/", "<")) else f" (line {line} of {file})"
-        return data.said_of(error) + place
+        return data.describe_error(error) + place
 
 
 def main() -> None:

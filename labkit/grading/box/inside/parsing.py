@@ -43,17 +43,16 @@ def statements(source: str, label: str) -> tuple[list[ast.stmt], dict[str, str]]
                 count = part.count("\n")
                 while part:
                     try:
-                        found, part = ast.parse(part, label).body, ""
-                        nodes += [ast.increment_lineno(node, line) for node in found]
+                        body, part = ast.parse(part, label).body, ""
+                        nodes += [ast.increment_lineno(node, line) for node in body]
                     except SyntaxError as error:
-                        wrong = min(error.lineno or 1, count + 1)
+                        bad_line = min(error.lineno or 1, count + 1)
                         lines = part.splitlines(keepends=True)
-                        place = beginning(lines, min(wrong, len(lines)) - 1)
+                        place = beginning(lines, min(bad_line, len(lines)) - 1)
                         named = DEFINED.match(lines[place])
-                        says = (
-                            f"line {line + wrong} of {label} is no Python {VERSION} ({error.msg})"
-                        )
-                        faults.setdefault(named[1] if named else "", says)
+                        position = f"line {line + bad_line} of {label}"
+                        fault = f"{position} is no Python {VERSION} ({error.msg})"
+                        faults.setdefault(named[1] if named else "", fault)
                         part = "".join(lines[:place])
                 line += count
     return nodes, faults
@@ -72,7 +71,7 @@ def is_definition(node: ast.stmt) -> bool:
     return isinstance(node, DEFINITIONS if calls else (*DEFINITIONS, ast.Assign, ast.AnnAssign))
 
 
-def imported(node: ast.stmt) -> list[str]:
+def imports_of(node: ast.stmt) -> list[str]:
     """The names that an import binds; none of another statement."""
     if not isinstance(node, ast.Import | ast.ImportFrom):
         return []

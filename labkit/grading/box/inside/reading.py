@@ -53,8 +53,8 @@ def read_program(
     """
     read: dict[str, list[tuple[str, str]]] = {}  # cells with their names in it, by file name
     unread: list[str] = []
-    left, cells_left = MAX_SOURCE, MAX_CELLS
-    for name, data in unpacked(files, unread):
+    letters_left, cells_left = MAX_SOURCE, MAX_CELLS
+    for name, data in unpack(files, unread):
         _, is_inside, place = name.rpartition("labkit/")
         if is_inside and place in handed_out:
             continue
@@ -62,12 +62,12 @@ def read_program(
             if len(data) > MAX_FILE:
                 raise ValueError(TOO_LARGE)
             is_notebook = name.lower().endswith(NOTEBOOK)
-            found = notebook_cells(data) if is_notebook else [(text_of(data), "")]
-            left -= sum(len(source) for source, _ in found)
-            cells_left -= len(found)
-            if left < 0 or cells_left < 0:
+            contents = notebook_cells(data) if is_notebook else [(text_of(data), "")]
+            letters_left -= sum(len(source) for source, _ in contents)
+            cells_left -= len(contents)
+            if letters_left < 0 or cells_left < 0:
                 raise ValueError("all files together hold too much code")
-            read[name] = found
+            read[name] = contents
         except json.JSONDecodeError as error:
             unread.append(f"{name} cannot be read: it holds no notebook ({error})")
         except Exception as error:  # untrusted
@@ -79,10 +79,10 @@ def read_program(
     answer = re.compile(rf"^[ \t]*(?:def[ \t]+({names})\b|({names})[ \t]*=)", re.MULTILINE)
     read = dict(reversed(read.items()))
     scripts = {
-        name: "\n\n".join(source for source, _ in found).replace("\0", "")
-        for name, found in read.items()
+        name: "\n\n".join(source for source, _ in contents).replace("\0", "")
+        for name, contents in read.items()
     }
-    scripts |= written_scripts(source for found in read.values() for source, _ in found)
+    scripts |= find_written_scripts(source for contents in read.values() for source, _ in contents)
     answers = {name: set(map("".join, answer.findall(scripts[name]))) for name in read}
     chosen = sorted(filter(answers.get, read), key=lambda name: len(answers[name]))
     cells: list[tuple[str, str]] = []
@@ -100,26 +100,26 @@ def read_program(
     return Program(cells, scripts, notes, unread[:40])
 
 
-def written_scripts(sources: Iterable[str]) -> dict[str, str]:
-    """The scripts that cells write by ``%%writefile``."""
-    found = [(WRITTEN.match(source), source) for source in sources]
+def find_written_scripts(sources: Iterable[str]) -> dict[str, str]:
+    """Find the scripts that cells write by ``%%writefile``."""
+    heads = [(WRITTEN.match(source), source) for source in sources]
     return {
         head[1].removeprefix("./"): source[head.end() :].replace("\0", "")
-        for head, source in found
+        for head, source in heads
         if head
     }
 
 
-def unpacked(files: Mapping[str, bytes], unread: list[str]) -> Iterator[tuple[str, bytes]]:
+def unpack(files: Mapping[str, bytes], unread: list[str]) -> Iterator[tuple[str, bytes]]:
     """The notebooks and scripts from new to old, also those in archives.
 
     An archive that cannot be read is added to `unread`.
     """
     for name in filter(may_hold_source, reversed([*files])):
-        yield from _unpacked(name, files[name], unread, MAX_DEPTH)
+        yield from _unpack(name, files[name], unread, MAX_DEPTH)
 
 
-def _unpacked(name: str, data: bytes, unread: list[str], depth: int) -> Iterator[tuple[str, bytes]]:
+def _unpack(name: str, data: bytes, unread: list[str], depth: int) -> Iterator[tuple[str, bytes]]:
     if is_source(name):
         yield name, data
         return
@@ -135,7 +135,7 @@ def _unpacked(name: str, data: bytes, unread: list[str], depth: int) -> Iterator
                 if is_wanted and not is_skipped(info.filename):
                     with archive.open(info) as packed:
                         content = packed.read(MAX_FILE + 1)
-                    yield from _unpacked(inner, content, unread, depth - 1)
+                    yield from _unpack(inner, content, unread, depth - 1)
     except Exception as error:  # untrusted: zipfile raises anything
         unread.append(f"{name} cannot be read: {error}")
 
@@ -154,39 +154,40 @@ def text_of(data: bytes) -> str:
         return data.decode("latin-1").replace("\r\n", "\n")
 
 
-def without_outputs(text: str) -> str:
+def without_outputs(notebook: str) -> str:
     """The text of a notebook without its outputs, which may be of any size and are not parsed."""
     parts = []
-    end = 0
-    while found := OUTPUTS.search(text, end):
-        parts.append(text[end : found.end()] + "[]")
+    position = 0
+    while output := OUTPUTS.search(notebook, position):
+        parts.append(notebook[position : output.end()] + "[]")
         depth = 0
-        for token in TOKEN.finditer(text, found.end()):
+        for token in TOKEN.finditer(notebook, output.end()):
             depth += (token[0] in "[{") - (token[0] in "]}")
             if depth == 0:
-                end = token.end()
+                position = token.end()
                 break
         else:
             raise ValueError("an output in it has no end")
-    return "".join(parts) + text[end:]
+    return "".join(parts) + notebook[position:]
 
 
 def notebook_cells(data: bytes) -> list[tuple[str, str]]:
     """The code cells of a notebook, with their numbers."""
-    text = without_outputs(data.decode(json.detect_encoding(data), "surrogatepass"))
-    if text.count("[") + text.count("{") > MAX_BRACKETS:
+    notebook = without_outputs(data.decode(json.detect_encoding(data), "surrogatepass"))
+    if notebook.count("[") + notebook.count("{") > MAX_BRACKETS:
         raise ValueError("it holds too many brackets for a notebook")
-    content: Any = json.loads(text)
+    content: Any = json.loads(notebook)
     if not isinstance(content, dict) or not isinstance(content.get("cells"), list):
         raise ValueError("it is no notebook of nbformat 4")
     cells = [cell for cell in content["cells"] if isinstance(cell, dict)]
     codes = [cell for cell in cells if cell.get("cell_type") == "code"]
-    sources = ("".join(cell.get("source") or "").replace("\r\n", "\n") for cell in codes)
-    return [(printed(source), f"cell {number}") for number, source in enumerate(sources, start=1)]
+    texts = ("".join(cell.get("source") or "").replace("\r\n", "\n") for cell in codes)
+    sources = map(replace_surrogates, texts)
+    return [(source, f"cell {number}") for number, source in enumerate(sources, start=1)]
 
 
-def printed(source: str) -> str:
-    """Source without lone surrogates, which no parser takes."""
+def replace_surrogates(source: str) -> str:
+    """Replace lone surrogates, which no parser takes, in source."""
     return source.encode("utf-8", "replace").decode()
 
 

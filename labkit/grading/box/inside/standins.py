@@ -33,9 +33,9 @@ class StandIn(types.ModuleType):
             raise AttributeError(name)
         return WORKING[name] if name in WORKING else StandIn(f"{self.__name__}.{name}")
 
-    def __call__(self, given: Any = None, *_: Any, **__: Any) -> Any:
+    def __call__(self, argument: Any = None, *_: Any, **__: Any) -> Any:
         """Do nothing; a function comes back as it was, so that decorators leave it alone."""
-        return given if isinstance(given, types.FunctionType) else self
+        return argument if isinstance(argument, types.FunctionType) else self
 
     def __iter__(self) -> Iterator[StandIn]:
         return iter((self,))  # line, = ax.plot(...)
@@ -99,10 +99,10 @@ class Bar(StandIn):
 class Bars(StandIn):
     """``tqdm``: it is called, and has functions such as `write`."""
 
-    def __call__(self, given: Any = None, *_: Any, **named: Any) -> Any:
-        """A bar around what is given."""
-        given = named.get("iterable", given)
-        return StandIn("tqdm") if given is None else Bar(given)
+    def __call__(self, argument: Any = None, *_: Any, **named: Any) -> Any:
+        """A bar around an iterable."""
+        iterable = named.get("iterable", argument)
+        return StandIn("tqdm") if iterable is None else Bar(iterable)
 
 
 def _limits(*_: Any, **__: Any) -> tuple[float, float]:
@@ -115,7 +115,7 @@ WORKING = {
     "hist": lambda *_, **__: (StandIn("counts"), StandIn("edges"), StandIn("patches")),
     **dict.fromkeys(("xlim", "ylim", "get_xlim", "get_ylim"), _limits),
     "tqdm": Bars("tqdm"),
-    "trange": lambda *given, **_: Bar(range(*given)),
+    "trange": lambda *limits, **_: Bar(range(*limits)),
     "prange": range,
 }
 
@@ -136,15 +136,16 @@ class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         sys.meta_path.insert(0, self)
         if with_packages:
             self.standing_in = IN_NOTEBOOKS
-            last = Finder(self.run)
-            last.standing_in = INSTALLED
-            sys.meta_path.append(last)
+            fallback = Finder(self.run)
+            fallback.standing_in = INSTALLED
+            sys.meta_path.append(fallback)
 
     def find_spec(self, name: str, path: Any, target: Any = None) -> ModuleSpec | None:
         """A spec for a script, a folder of scripts or a stand-in."""
         place = name.replace(".", "/")
-        wanted = tuple(f"/{place}{end}" for end in (".py", ".py.txt", "/__init__.py", ".ipynb"))
-        file = next((file for file in self.scripts if f"/{file}".endswith(wanted)), "")
+        endings = (".py", ".py.txt", "/__init__.py", ".ipynb")
+        paths = tuple(f"/{place}{ending}" for ending in endings)
+        file = next((file for file in self.scripts if f"/{file}".endswith(paths)), "")
         folder = any(f"/{place}/" in f"/{file}" for file in self.scripts)
         own = bool(file or folder) and name not in sys.stdlib_module_names
         if own or name.partition(".")[0] in self.standing_in:
