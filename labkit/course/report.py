@@ -56,15 +56,19 @@ def error_table(
     Takes and raises what that function does.
     """
 
-    def three(errors: ErrorSummary, scale: float, form: str) -> str:
+    def show(errors: ErrorSummary, scale: float, form: str) -> str:
         if errors.count == 0:
             return "none"
         values = (errors.median, errors.p95, errors.max)
         return ", ".join(f"{scale * value:{form}}" for value in values)
 
     rows = [
-        [name, three(each.translation, 1.0, ".3f"), three(each.rotation, math.degrees(1.0), ".2f")]
-        for name, each in compare(trajectories, reference, stretch).items()
+        [
+            name,
+            show(summary.translation, 1.0, ".3f"),
+            show(summary.rotation, math.degrees(1.0), ".2f"),
+        ]
+        for name, summary in compare(trajectories, reference, stretch).items()
     ]
     return Table.of(["error (median, 95 %, max)", "translation [m]", "rotation [°]"], rows)
 
@@ -73,7 +77,8 @@ def quality_table(records: Sequence[StepRecord]) -> Table:
     """Signals of the matches over a run: RMSE beside the number of inliers it is taken over."""
     steps = [record for record in records if record.decision is not Decision.START]
     taken = [record.decision for record in steps]
-    decisions = ", ".join(f"{taken.count(one):,} {one.value}" for one in Decision if one in taken)
+    counts = [(taken.count(decision), decision.value) for decision in Decision]
+    decisions = ", ".join(f"{count:,} {name}" for count, name in counts if count > 0)
     rows = [["steps", f"{len(steps):,}: {decisions}", ""]]
     for flag in ("degenerate", "ambiguous"):
         rows.append([flag, f"{sum(getattr(record, flag) for record in steps):,}", ""])
@@ -116,30 +121,32 @@ def parameter_table(parameters: object, reasons: Mapping[str, str] | None = None
             f"must be a parameter object such as IcpParameters(), got {parameters!r}",
             parameter="parameters",
         )
-    given, usual, chosen = reasons or {}, _shown(type(parameters)()), _shown(parameters)
-    for name in given.keys() - chosen.keys():
+    reasons = reasons or {}
+    usual = _values_with_units(type(parameters)())
+    chosen = _values_with_units(parameters)
+    for name in reasons.keys() - chosen.keys():
         raise InvalidParameterError(
             f"must be for parameters, got {name!r}; there are {', '.join(sorted(chosen))}",
             parameter="reasons",
         )
     rows = [
-        [f"`{name}`", value, usual[name], given.get(name) or UNANSWERED]
+        [f"`{name}`", value, usual[name], reasons.get(name) or UNANSWERED]
         for name, value in chosen.items()
-        if name in given or value != usual[name]
+        if name in reasons or value != usual[name]
     ]
     head = Table.of(["parameter", "value", "default", "reason"], rows)
     return Table(head.replace("--:|\n", ":--|\n", 1))
 
 
-def _shown(parameters: Any) -> dict[str, str]:
+def _values_with_units(parameters: Any) -> dict[str, str]:
     """Value of each parameter with its unit, by name, those within parameters included."""
-    found: dict[str, str] = {}
+    values: dict[str, str] = {}
     for field in fields(parameters):
         value = getattr(parameters, field.name)
         if is_dataclass(value):
-            found |= _shown(value)
+            values |= _values_with_units(value)
             continue
         number = f"{value:g}" if isinstance(value, float) else str(value)
         with_unit = f"{number} {field.metadata.get('unit', '')}".rstrip()
-        found[field.name] = "off" if value == math.inf else with_unit
-    return found
+        values[field.name] = "off" if value == math.inf else with_unit
+    return values

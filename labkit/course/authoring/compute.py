@@ -61,7 +61,7 @@ def draw_case(entry: question, id: str, about: str, recipe: Recipe, rng: Rng) ->
     The answers of mistakes that do are left out: they are others on each machine. Raises
     `LabkitError` if no draw will do, as where the solution and its oracle disagree.
     """
-    asked, rights, why = entry.asked_for, entry.edited({}), ""
+    asked, rights, why = entry.asked_for, entry.apply_edits({}), ""
     is_exact, drawn = (True, recipe.drawn) if isinstance(recipe, Exact) else (False, recipe)
     for _ in range(TRIES):
         arguments = drawn(rng) if callable(drawn) else drawn
@@ -75,11 +75,11 @@ def draw_case(entry: question, id: str, about: str, recipe: Recipe, rng: Rng) ->
             arguments=arguments,
             expected=expected,
             tolerance=entry.tolerance * float(max(1.0, *sizes)),
-            mistaken=rounded(entry.mistaken(arguments)),
+            mistaken=rounded(entry.answers_of_mistakes(arguments)),
         )
         strict = replace(case, tolerance=case.tolerance / MARGIN)
         single = in_single_precision(arguments)
-        again = entry.mistaken(single)
+        again = entry.answers_of_mistakes(single)
         if not agree(entry, case, entry.oracles, arguments):
             why = f"the solution and its oracle disagree, as for {arguments}"
         elif not agree(entry, strict, rights, single):

@@ -83,7 +83,7 @@ class question(exercise):
     def asked_for(self) -> Question:
         """The question as the grading knows it."""
         given = ("answer", "chapter", "unit", "low", "high", "chance")
-        return self.posed(
+        return self.as_question(
             **{name: getattr(self, name) for name in given},
             points=float(self.points),
             task=self.task.strip(),

@@ -16,7 +16,7 @@ from typing import Any
 from labkit.course.authoring import plain_python
 from labkit.course.authoring.entries import question
 from labkit.course.authoring.slips import slips
-from labkit.course.exercises.entries import Function, answers, defined, sources_of
+from labkit.course.exercises.entries import Function, answers, definitions_of, sources_of
 from labkit.grading.box.outside import SECONDS
 from labkit.grading.judge.compare import is_right
 from labkit.grading.questions import Case
@@ -48,7 +48,7 @@ def wrong_functions(entry: question) -> Iterator[tuple[str, Function]]:
         with suppress(SyntaxError):
             changed = set(source.splitlines()) - set(right.splitlines())
             says = f"the slip {' '.join(line.strip() for line in changed)!r}"
-            yield says, defined(source, entry.right)[entry.right.__name__]
+            yield says, definitions_of(source, entry.right)[entry.right.__name__]
 
 
 def passes(entry: question, function: Function, cases: Sequence[Case]) -> bool:

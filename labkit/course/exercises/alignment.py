@@ -52,14 +52,15 @@ def spread(x):
     return np.vdot(x, x).real
 
 
-def _scaled():
+def _copies():
     rng = np.random.default_rng(3)
     p = rng.uniform((-4.0, -3.0), (4.0, 3.0), (50, 2)) + np.array([2.0, 1.0])
-    noise, T = rng.normal(0.0, 0.4, p.shape), transform(0.5, -0.2, 0.9)
+    noise = rng.normal(0.0, 0.4, p.shape)
+    T = transform(0.5, -0.2, 0.9)
     return {f"a copy scaled by {c:g}, with noise": (p, c * apply(T, p) + noise) for c in (1.3, 0.8)}
 
 
-@exercise("Leave the scale free", _scaled, {
+@exercise("Leave the scale free", _copies, {
     "The points are not centred; take the centroids off first.": {" - each.mean(0)": ""},
     "This is the ratio of the spreads. It does not minimise the cost: noise in q enlarges it.":
         {"abs(np.vdot(x, y)) / spread(x)": "(spread(y) / spread(x)) ** 0.5"},

@@ -118,15 +118,15 @@ def check(function: Callable[..., Any]) -> Feedback:
             raise InvalidParameterError(
                 f"no exercise asks for a function named {name!r}; leave the name as its stub has it"
             )
-        return Feedback(tried_exercise(entry, function))
+        return Feedback(judge_exercise(entry, function))
     called = Calls()
-    verdict = _own(asked, assignment.cases(asked.id), function, called)
+    verdict = _judge_own_code(asked, assignment.cases(asked.id), function, called)
     names = {name for name, _ in called}
     for one in assignment.questions if not verdict.passed else ():
         other: Any = getattr(function, "__globals__", {}).get(one.function)
         if one is asked or one.function not in names or not callable(other):
             continue
-        if not tried(one, assignment.cases(one.id), other).passed:
+        if not judge_function(one, assignment.cases(one.id), other).passed:
             cause = f"It uses your `{one.function}`, which fails its own check: mend that first"
             return Feedback(replace(verdict, message=f"{cause}. {verdict.message}"))
     return Feedback(verdict)
@@ -145,7 +145,7 @@ def score(function: Callable[..., Any]) -> float:
     """
     assignment = load_assignment()
     asked = assignment.question(_name(function))
-    return _own(asked, assignment.cases(asked.id), function, Calls()).score
+    return _judge_own_code(asked, assignment.cases(asked.id), function, Calls()).score
 
 
 def exercises() -> dict[str, exercise]:
@@ -169,7 +169,7 @@ def _name(function: Callable[..., Any]) -> str:
     return str(name)
 
 
-def tried_exercise(entry: exercise, function: Callable[..., Any]) -> QuestionVerdict:
+def judge_exercise(entry: exercise, function: Callable[..., Any]) -> QuestionVerdict:
     """The verdict on a function of a chapter."""
     question, cases = entry.asked
     outcomes = _outcomes(cases, function, in_place=False)  # later cells read the arguments
@@ -179,7 +179,7 @@ def tried_exercise(entry: exercise, function: Callable[..., Any]) -> QuestionVer
     return verdict
 
 
-def tried(
+def judge_function(
     question: Question,
     cases: Sequence[Case],
     function: Callable[..., Any],
@@ -189,11 +189,11 @@ def tried(
     return assess(question, cases, _outcomes(cases, function, called))
 
 
-def _own(
+def _judge_own_code(
     question: Question, cases: Sequence[Case], function: Callable[..., Any], called: Calls
 ) -> QuestionVerdict:
     """The verdict on a function that calls nothing of labkit, which the grading does not have."""
-    verdict = tried(question, cases, function, called)
+    verdict = judge_function(question, cases, function, called)
     for name, _ in filter(_is_labkits, called):
         raise InvalidParameterError(
             f"your function calls labkit's `{name}`, which is not available during grading; "
@@ -219,7 +219,7 @@ def _outcomes(
     """The outcomes of all cases within the time for a check; once it is over, no more are asked."""
     outcomes = list[Outcome]()
     try:
-        with limited(SECONDS):
+        with limit_time(SECONDS):
             for case in cases:
                 outcomes.append(_outcome(case, function, called, in_place))
     except OutOfTime:
@@ -229,7 +229,7 @@ def _outcomes(
 
 
 @contextlib.contextmanager
-def limited(seconds: float) -> Iterator[None]:
+def limit_time(seconds: float) -> Iterator[None]:
     """Raise `OutOfTime` where the block takes too much processor time.
 
     A timer of the system counts it, so a busy machine stops nothing. It interrupts between two
@@ -280,7 +280,7 @@ def _outcome(
                 value = function(*arguments)
             finally:
                 sys.setprofile(before)
-        changed = "" if in_place else _changed(function, arguments, case.arguments)
+        changed = "" if in_place else _name_changed(function, arguments, case.arguments)
         if changed:
             return Outcome(status=Status.CHANGED, message=changed)
         return Outcome(value=plain(value))
@@ -299,7 +299,7 @@ def _outcome(
         )
 
 
-def _changed(function: Callable[..., Any], now: Sequence[Any], given: Sequence[Any]) -> str:
+def _name_changed(function: Callable[..., Any], now: Sequence[Any], given: Sequence[Any]) -> str:
     """The arguments that a call wrote into."""
     names = getattr(getattr(function, "__code__", None), "co_varnames", ())
     pairs = enumerate(zip(now, given, strict=True))

@@ -58,7 +58,8 @@ def _beams():
     rng = np.random.default_rng(7)
     beams_q = np.sort(rng.choice(60, 25, replace=False))
     beams_p = np.sort(rng.choice(80, 20, replace=False))
-    p, q = rng.uniform(0.0, 5.0, (20, 2)), rng.uniform(0.0, 5.0, (25, 2))
+    p = rng.uniform(0.0, 5.0, (20, 2))
+    q = rng.uniform(0.0, 5.0, (25, 2))
     return {f"a window of {w} beams": (p, q, beams_p, beams_q, w) for w in (4, 15)}
 
 

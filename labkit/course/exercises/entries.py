@@ -66,28 +66,30 @@ class exercise:
         """The wrong functions, one for each way in which the mistake can come out."""
         if callable(mistake.wrong):
             return [mistake.wrong]
-        several = [mistake.wrong] if isinstance(mistake.wrong, Mapping) else mistake.wrong
-        return [way for edits in several for way in self.edited(edits)]
+        alternatives = [mistake.wrong] if isinstance(mistake.wrong, Mapping) else mistake.wrong
+        return [function for edits in alternatives for function in self.apply_edits(edits)]
 
-    def edited(self, edits: Edits) -> list[Function]:
+    def apply_edits(self, edits: Edits) -> list[Function]:
         """The right functions with each text of `edits` replaced by another.
 
         It is replaced wherever it stands, in a right function that is called as well. There is one
         for each reading in which all the texts stand.
         """
-        sources = [_replaced(sources_of(self.right), reading) for reading in self.readings]
+        sources = [_replace(sources_of(self.right), reading) for reading in self.readings]
         absent = [text for text in edits if not any(text in source for source in sources)]
         name = self.right.__name__
         assert not absent, f"{name} does not hold {absent}, which a mistake replaces"
-        found = [_replaced(one, edits) for one in sources if all(text in one for text in edits)]
-        return [defined(source, self.right)[name] for source in found]
+        changed = [
+            _replace(source, edits) for source in sources if all(text in source for text in edits)
+        ]
+        return [definitions_of(source, self.right)[name] for source in changed]
 
-    def mistaken(self, arguments: Arguments) -> dict[str, tuple[Value, ...]]:
+    def answers_of_mistakes(self, arguments: Arguments) -> dict[str, tuple[Value, ...]]:
         """The answers of all mistakes that do not fail on the arguments."""
-        found = {one.id: answers(self.ways(one), arguments) for one in self.known}
-        return {id: wrong for id, wrong in found.items() if wrong}
+        by_mistake = {mistake.id: answers(self.ways(mistake), arguments) for mistake in self.known}
+        return {id: values for id, values in by_mistake.items() if values}
 
-    def posed(self, answer: Answer, **more: Any) -> Question:
+    def as_question(self, answer: Answer, **more: Any) -> Question:
         """The question as the judge knows it."""
         name = self.right.__name__
         return Question(
@@ -99,11 +101,11 @@ class exercise:
             answer=answer,
             misconceptions=tuple(
                 Misconception(
-                    id=one.id,
-                    says=one.says,
-                    chapter=one.chapter or more.get("chapter", ""),
+                    id=mistake.id,
+                    says=mistake.says,
+                    chapter=mistake.chapter or more.get("chapter", ""),
                 )
-                for one in self.known
+                for mistake in self.known
             ),
         )
 
@@ -112,7 +114,7 @@ class exercise:
         """The question and its cases, computed here."""
         given = self.visible() if callable(self.visible) else self.visible
         cases = [self._case(about, arguments) for about, arguments in given.items()]
-        return self.posed(_kind(*cases[0].expected)), cases
+        return self.as_question(_kind(*cases[0].expected)), cases
 
     def _case(self, about: str, arguments: Arguments) -> Case:
         """A call with its right answer, and the answers of all mistakes that do not fail."""
@@ -127,7 +129,7 @@ class exercise:
             arguments=arguments,
             expected=(wanted,),
             tolerance=allowed * sizes[np.isfinite(sizes)].max(initial=1.0),
-            mistaken=self.mistaken(arguments),
+            mistaken=self.answers_of_mistakes(arguments),
         )
 
 
@@ -152,24 +154,25 @@ _source = cache(inspect.getsource)
 
 def sources_of(right: Function) -> str:
     """The source of a right function, behind those of all right ones that it calls."""
-    found, waiting = dict[str, Function](), [right]
+    functions = dict[str, Function]()
+    waiting = [right]
     while waiting:
-        one = waiting.pop()
-        found = {one.__name__: one, **found}
-        called = [ENTRIES[name].right for name in one.__code__.co_names if name in ENTRIES]
-        waiting += [each for each in called if one.__globals__.get(each.__name__) is each]
-    return "\n".join(map(source_of, found.values()))
+        caller = waiting.pop()
+        functions = {caller.__name__: caller, **functions}
+        named = [ENTRIES[name].right for name in caller.__code__.co_names if name in ENTRIES]
+        waiting += [f for f in named if caller.__globals__.get(f.__name__) is f]
+    return "\n".join(map(source_of, functions.values()))
 
 
 @cache
-def defined(source: str, right: Function) -> dict[str, Any]:
+def definitions_of(source: str, right: Function) -> dict[str, Any]:
     """The names that a source defines, which sees the same ones as the right function."""
     names = dict(right.__globals__)
     exec(source, names)
     return names
 
 
-def _replaced(source: str, edits: Edits) -> str:
+def _replace(source: str, edits: Edits) -> str:
     for text, wrong in edits.items():
         source = source.replace(text, wrong)
     return source

@@ -84,12 +84,13 @@ def closing_gap(increments):
 def _drifting():
     turns = np.random.default_rng(3).normal(0.0, 0.2, 30)
     true = np.column_stack([np.full(30, 0.5), np.zeros(30), turns])
-    estimate, reference = _path(true + np.array([0.01, 0.0, 0.03])), _path(true)
+    estimate = _path(true + np.array([0.01, 0.0, 0.03]))
+    reference = _path(true)
     turned = se2.to_xytheta(se2.transform(1.0, 2.0, 0.7) @ se2.from_xytheta(reference))
     return {"stretches of 1": (estimate, reference, 1), "stretches of 5": (estimate, turned, 5)}
 
 
-def _moved(path, n):
+def _displacements(path, n):
     """Displacements in the frame of each stretch's first pose."""
     x, y = (path[n:] - path[:-n])[:, :2].T
     c, s = np.cos(path[:-n, 2]), np.sin(path[:-n, 2])
@@ -99,15 +100,16 @@ def _moved(path, n):
 @exercise("Relative errors", _drifting, {
     "The two displacements are compared in one frame, the world's, where the heading error of all "
     "that came before counts as well; see each from its own pose.":
-        {"_moved(path, apart)": "path[apart:] - path[:-apart]"},
+        {"_displacements(path, apart)": "path[apart:] - path[:-apart]"},
     "Only the lengths are compared; a step to the wrong side is an error, too.":
-        {"np.hypot(*(moved - wanted)[:, :2].T)": "abs(np.hypot(*moved.T) - np.hypot(*wanted.T))"},
+        {"np.hypot(*(estimated - wanted)[:, :2].T)":
+         "abs(np.hypot(*estimated.T) - np.hypot(*wanted.T))"},
     "This is the absolute error at the end of each stretch.":
-        {"_moved(path, apart)": "path[apart:]"},
+        {"_displacements(path, apart)": "path[apart:]"},
     "The stretches follow one another; asked for is one from *each* pose.":
         lambda e, r, n: stretch_errors(e, r, n)[::n],
 })
 def stretch_errors(estimate, reference, apart):
     """Both displacements seen from their own first pose."""
-    moved, wanted = (_moved(path, apart) for path in (estimate, reference))
-    return np.hypot(*(moved - wanted)[:, :2].T)
+    estimated, wanted = (_displacements(path, apart) for path in (estimate, reference))
+    return np.hypot(*(estimated - wanted)[:, :2].T)

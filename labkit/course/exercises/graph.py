@@ -17,29 +17,34 @@ def linearise(poses, ends, measured, sigma):
     i, j = ends.T
     c, s = np.cos(poses[i, 2]), np.sin(poses[i, 2])
     dx, dy, turn = (poses[j] - poses[i]).T
-    x, y = c * dx + s * dy, c * dy - s * dx  # pose j seen from pose i
+    x = c * dx + s * dy  # pose j seen from pose i
+    y = c * dy - s * dx
     errors = np.column_stack([x, y, turn]) - measured  # (10.1)
     errors[:, 2] = wrap(errors[:, 2])
-    zero, one = np.zeros_like(c), np.ones_like(c)
+    zero = np.zeros_like(c)
+    one = np.ones_like(c)
     by_j = np.array([[c, s, zero], [-s, c, zero], [zero, zero, one]])
     by_i = -by_j
     by_i[:2, 2] = y, -x
     blocks = np.stack([by_i, by_j]).transpose(3, 0, 1, 2).reshape(-1, 3, 3) / sigma[:, None]
-    rows, shape = 2 * np.arange(len(ends) + 1), (3 * len(ends), 3 * len(poses))
-    return (errors / sigma).ravel(), bsr_array((blocks, ends.ravel(), rows), shape=shape).tocsc()
+    rows = 2 * np.arange(len(ends) + 1)
+    shape = (3 * len(ends), 3 * len(poses))
+    jacobian = bsr_array((blocks, ends.ravel(), rows), shape=shape)
+    return (errors / sigma).ravel(), jacobian.tocsc()
 
 
 def _square(seed):
     """A drive round a square in eight steps, measured with noise, and two loops."""
-    rng, sigma = np.random.default_rng(seed), np.array([0.05, 0.05, 0.02])
+    rng = np.random.default_rng(seed)
+    sigma = np.array([0.05, 0.05, 0.02])
     turns = np.repeat([0.3, -1.0], 4) if seed else np.full(8, np.pi / 4)
     truth = [np.array([1.0, -2.0, 0.4])]
     for turn in turns:
         truth.append(to_xytheta(from_xytheta(truth[-1]) @ from_xytheta((1.0, 0.1, turn))))
     T = from_xytheta(np.array(truth))
     ends = np.array([*((k, k + 1) for k in range(8)), (0, 8), (2, 7)])
-    seen = to_xytheta(relative(T[ends[:, 0]], T[ends[:, 1]]))
-    measured = seen + 3 * sigma * rng.normal(size=seen.shape)
+    exact = to_xytheta(relative(T[ends[:, 0]], T[ends[:, 1]]))
+    measured = exact + 3 * sigma * rng.normal(size=exact.shape)
     chain = [T[0]]
     for step in measured[:8]:
         chain.append(chain[-1] @ from_xytheta(step))

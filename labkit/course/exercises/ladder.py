@@ -11,7 +11,7 @@ from labkit.line_alignment import align_to_lines
 LEFT = "The step is put on the right of `T`; it acts after `T`, so it belongs on the left."
 
 
-def _spoiled(**options):
+def _with_moved_points(**options):
     """Two pairs of scans; of each option one value for the first pair and one for the second."""
     cases = {}
     for turn, *given in zip((0.4, -1.3), *options.values(), strict=True):
@@ -34,7 +34,7 @@ def _beyond_the_end():
 
 
 # fmt: off
-@exercise("A gate for your loop", lambda: _spoiled(gate=(0.4, 0.25), rounds=(6, 4)), {
+@exercise("A gate for your loop", lambda: _with_moved_points(gate=(0.4, 0.25), rounds=(6, 4)), {
     LEFT: {"align(p[near], q[near]) @ T": "T @ align(p[near], q[near])"},
     "This is the last step alone; the answer is the product of all.": {"q[near]) @ T": "q[near])"},
     "The source is not moved before its neighbours are searched: apply `T` first.":
@@ -52,7 +52,7 @@ def gated_icp(source, target, T_init, gate=0.3, rounds=15):
     return T
 
 
-@exercise("Huber's weight for your loop", lambda: _spoiled(
+@exercise("Huber's weight for your loop", lambda: _with_moved_points(
     gate=(0.4, 0.25), delta=(0.08, 0.03), rounds=(6, 4)), {
     "δ stays what it is by default; weigh with the `delta` that is given.":
         {"huber_weights(d[near], delta)": "huber_weights(d[near], 0.05)"},
@@ -77,7 +77,7 @@ def robust_icp(source, target, T_init, gate=0.3, delta=0.05, rounds=15):
 
 
 @exercise("A step to lines", lambda: {
-    **_spoiled(gate=(0.4, 0.25), delta=(0.03, 0.01), rounds=(6, 4)),
+    **_with_moved_points(gate=(0.4, 0.25), delta=(0.03, 0.01), rounds=(6, 4)),
     "points beyond the end of a wall": _beyond_the_end(),
 }, {
     "The weights are those of the distances d; the residual of a line is e, across the wall.":

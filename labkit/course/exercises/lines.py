@@ -93,7 +93,8 @@ def seen_step(A, g, least):
 
 def _two_sources():
     wheels = np.array([[160.0, 20.0, 5.0], [20.0, 400.0, 0.0], [5.0, 0.0, 3000.0]])
-    x_scan, x_wheels = np.array([0.10, 0.01, 0.035]), np.array([0.52, 0.03, 0.02])
+    x_scan = np.array([0.10, 0.01, 0.035])
+    x_wheels = np.array([0.52, 0.03, 0.02])
     return {
         about: (x_scan, np.diag([along, 40000.0, 90000.0]), x_wheels, wheels)
         for about, along in (("a smooth corridor", 0.0), ("a corridor with doors", 900.0))

@@ -31,13 +31,13 @@ def cost_of(distances, d_max, overlap_ratio, delta):
     return huber_loss(np.minimum(kept, d_max), delta).sum() / len(distances)
 
 
-def _turned():
-    looks = {degrees: transform(0.3, 0.2, np.radians(degrees)) for degrees in (10.0, 25.0)}
+def _turns():
+    motions = {degrees: transform(0.3, 0.2, np.radians(degrees)) for degrees in (10.0, 25.0)}
     older = look(np.eye(3))
-    return {f"a robot that turned by {d:g}°": (look(T), older) for d, T in looks.items()}
+    return {f"a robot that turned by {d:g}°": (look(T), older) for d, T in motions.items()}
 
 
-@exercise("Find the bug", _turned, {
+@exercise("Find the bug", _turns, {
     "The steps are in the wrong order: which one acts first?": {"dT @ T": "T @ dT"},
     "This is the last step alone; the answer is the product of all.": {"dT @ T": "dT"},
     "Each step is inverted; it maps source onto target.": {"dT @ T": "np.linalg.inv(dT) @ T"},
@@ -108,12 +108,14 @@ def match_through_gates(source, target, T_init, gates):
 
 
 def _errors():
-    T, far, cases = transform(0.8, -0.6, 0.5), transform(15.0, -9.0, 0.4), {}
-    for most, degrees in ((50, (-170, -8, 3, 8, 100)), (3, (-25, -12, -1, 1, 15))):
-        told = IcpParameters(max_correspondence_distance=0.5, max_iterations=most)
-        guesses = np.radians(degrees)
-        cases[f"guesses turned by {degrees} degrees, and {most} iterations at most"] = (
-            look(T), apply(far, look(np.eye(3))), far @ T, guesses, told)
+    T = transform(0.8, -0.6, 0.5)
+    T_far = transform(15.0, -9.0, 0.4)
+    older = apply(T_far, look(np.eye(3)))
+    cases = {}
+    for budget, degrees in ((50, (-170, -8, 3, 8, 100)), (3, (-25, -12, -1, 1, 15))):
+        parameters = IcpParameters(max_correspondence_distance=0.5, max_iterations=budget)
+        cases[f"guesses turned by {degrees} degrees, and {budget} iterations at most"] = (
+            look(T), older, T_far @ T, np.radians(degrees), parameters)
     return cases
 
 
@@ -124,13 +126,13 @@ def _errors():
     "The error keeps its sign, so that a heading far to the right passes: take its size.":
         {"abs(off)": "off"},
     "The errors are turned into radians once more; they are radians already.":
-        {"for each in errors": "for each in np.radians(errors)"},
+        {"for error in errors": "for error in np.radians(errors)"},
     "The guess is turned about the world's origin; turn it about the robot, behind `T_true`.":
-        {"T_true @ transform(0, 0, each)": "transform(0, 0, each) @ T_true"},
+        {"T_true @ transform(0, 0, error)": "transform(0, 0, error) @ T_true"},
 })
 def headings_that_work(source, target, T_true, errors, parameters):
     """The error of the end, in either direction."""
-    guesses = [T_true @ transform(0, 0, each) for each in errors]
+    guesses = [T_true @ transform(0, 0, error) for error in errors]
     ends = np.array([icp(source, target, T, parameters).T_target_source for T in guesses])
     off = wrap(to_xytheta(ends)[:, 2] - to_xytheta(T_true)[2])
     return abs(off) < np.radians(2)

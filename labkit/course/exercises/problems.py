@@ -89,9 +89,11 @@ def trimmed_alignment(p, q, ratio):
 def _avenue():
     spots = [(x, y) for x in range(-20, 21, 2) for y in (-1.5, 1.5)]
     trees = World(segments=np.concatenate([circle(spot, 0.2) for spot in spots]))
-    lidar, T = Lidar(field_of_view=2 * np.pi, beam_count=720), transform(0.4, 0.0, 0.0)
-    older, newer = cast(trees, np.eye(3), lidar, rng=1), cast(trees, T, lidar, rng=2)
-    return {f"a guess {far:g} m off": (newer, older, 0.4, far) for far in (0.9, 1.5, -1.5)}
+    lidar = Lidar(field_of_view=2 * np.pi, beam_count=720)
+    older = cast(trees, np.eye(3), lidar, rng=1)
+    newer = cast(trees, transform(0.4, 0.0, 0.0), lidar, rng=2)
+    offsets = (0.9, 1.5, -1.5)
+    return {f"a guess {offset:g} m off": (newer, older, 0.4, offset) for offset in offsets}
 
 
 @exercise("Along the avenue", _avenue, {
@@ -102,9 +104,9 @@ def _avenue():
 })
 def along_the_avenue(source, target, x_true, offset):
     """Error and RMSE from a guess that is off."""
-    told = IcpParameters(max_correspondence_distance=1.0)
-    end = icp(source, target, transform(x_true + offset, 0.0, 0.0), told)
-    return end.T_target_source[0, 2] - x_true, end.inlier_rmse
+    parameters = IcpParameters(max_correspondence_distance=1.0)
+    result = icp(source, target, transform(x_true + offset, 0.0, 0.0), parameters)
+    return result.T_target_source[0, 2] - x_true, result.inlier_rmse
 
 
 @exercise("How fast a heading drifts", {

@@ -34,8 +34,8 @@ def lever_error(D, epsilon):
     "heading.": {" @ se2.rotation(-poses[0, 2]).T": ""},
     "The positions are turned the wrong way: into the robot's frame it is R(−ψ).":
         {"rotation(-": "rotation("},
-    "The headings lie in [0, 2π), not in (−π, π].": {"se2.wrap(turned)": "turned % (2 * np.pi)"},
-    "The headings leave (−π, π]: wrap them.": {"se2.wrap(turned)": "turned"},
+    "The headings lie in [0, 2π), not in (−π, π].": {"se2.wrap(turns)": "turns % (2 * np.pi)"},
+    "The headings leave (−π, π]: wrap them.": {"se2.wrap(turns)": "turns"},
     "Each position is turned by its own heading; all are seen from the first pose.":
         lambda p: np.column_stack([
             np.einsum("kij,kj->ki", se2.rotation(-p[:, 2]), p[:, :2] - p[0, :2]),
@@ -44,8 +44,9 @@ def lever_error(D, epsilon):
 })
 def seen_from_first(poses):
     """Shifted, turned back, wrapped."""
-    away, turned = poses[:, :2] - poses[0, :2], poses[:, 2] - poses[0, 2]
-    return np.column_stack([away @ se2.rotation(-poses[0, 2]).T, se2.wrap(turned)])
+    shifts = poses[:, :2] - poses[0, :2]
+    turns = poses[:, 2] - poses[0, 2]
+    return np.column_stack([shifts @ se2.rotation(-poses[0, 2]).T, se2.wrap(turns)])
 
 
 @exercise("The guess from the key scan", {
@@ -66,7 +67,8 @@ def seen_from_first(poses):
 })
 def guess_from_key(T_key_before, step):
     """The coordinates of (5.2)."""
-    (x, y, heading), (dx, dy, turn) = se2.to_xytheta(T_key_before), step
+    x, y, heading = se2.to_xytheta(T_key_before)
+    dx, dy, turn = step
     c, s = math.cos(heading), math.sin(heading)
     return se2.transform(x + c * dx - s * dy, y + s * dx + c * dy, heading + turn)
 
@@ -79,17 +81,19 @@ def guess_from_key(T_key_before, step):
 }, {
     "Only |Δx| is looked at; a robot moves aside, too.": {"math.hypot(x, y)": "abs(x)"},
     "Δx and Δy are added; the way is their length.": {"math.hypot(x, y)": "(abs(x) + abs(y))"},
-    "Take the larger share, not the sum.": {"max(way, turned)": "way + turned"},
+    "Take the larger share, not the sum.":
+        {"max(shift_share, turn_share)": "shift_share + turn_share"},
     "This is the smaller share; the key scan is used up as soon as one of them is 1.":
-        {"max(way, turned)": "min(way, turned)"},
+        {"max(shift_share, turn_share)": "min(shift_share, turn_share)"},
     "The angle keeps its sign, so that turns to the right never count: take its size.":
         {"abs(psi)": "psi"},
 })
 def key_used_up(T_key_now, reach, turn):
     """The larger share."""
     x, y, psi = se2.to_xytheta(T_key_now)
-    way, turned = math.hypot(x, y) / reach, abs(psi) / turn
-    return max(way, turned)
+    shift_share = math.hypot(x, y) / reach
+    turn_share = abs(psi) / turn
+    return max(shift_share, turn_share)
 
 
 @exercise("The error of an edge", {

@@ -12,7 +12,7 @@ from labkit.course.authoring.compute import outcomes_of
 from labkit.course.authoring.fairness import refuse_slow_cases, refuse_unseen_mistakes
 from labkit.course.authoring.questions import QUESTIONS
 from labkit.course.authoring.questions.loop import WIDER
-from labkit.course.exercises.checking import tried
+from labkit.course.exercises.checking import judge_function
 from labkit.course.exercises.entries import ENTRIES, answers
 from labkit.grading.judge.compare import assess, is_answer_of
 from labkit.support.errors import LabkitError
@@ -24,7 +24,7 @@ NAMES = [f"{entry.right.__name__}-{one.id}" for entry, one in MISTAKES]
 
 
 def edited(question, edits):
-    return ENTRIES[question].edited(edits)
+    return ENTRIES[question].apply_edits(edits)
 
 
 @pytest.mark.parametrize(("entry", "one"), MISTAKES, ids=NAMES)
@@ -156,9 +156,9 @@ def test_a_wrong_function_that_looks_right_loses_points(assignment, question, na
     """And the examples show it, where the rule that it breaks is one of the text's."""
     asked, function = assignment.question(question), edited(question, WRONG[question, name])[0]
 
-    assert tried(asked, assignment.cases(question), function).score < asked.points
+    assert judge_function(asked, assignment.cases(question), function).score < asked.points
     if "1 mm" in name:
-        assert not tried(asked, assignment.visible[question], function).passed
+        assert not judge_function(asked, assignment.visible[question], function).passed
 
 
 @pytest.mark.parametrize(
@@ -171,7 +171,7 @@ def test_a_wrong_function_that_looks_right_loses_points(assignment, question, na
 def test_a_gate_that_is_too_wide_is_called_so_or_nothing(assignment, question, wider):
     asked = assignment.question(question)
     for function in edited(question, {GATE: f"distance_gate(d, {wider} * max_distance)"}):
-        named = tried(asked, assignment.cases(question), function).misconception
+        named = judge_function(asked, assignment.cases(question), function).misconception
         assert named == "wide_gate" if wider in WIDER else named in ("wide_gate", None)
 
 
@@ -179,7 +179,7 @@ def test_a_gate_that_is_too_wide_is_called_so_or_nothing(assignment, question, w
 def test_a_loop_may_end_by_any_usual_rule(assignment, ends):
     """Both steps are small, ten times larger ones suffice, or the budget alone counts."""
     for function in edited("icp", {ENDS: ends}):
-        assert tried(assignment.question("icp"), assignment.cases("icp"), function).passed
+        assert judge_function(assignment.question("icp"), assignment.cases("icp"), function).passed
 
 
 ONE_LINERS = {
@@ -208,7 +208,7 @@ ONE_LINERS = {
 def test_nineteen_lines_without_an_idea_earn_next_to_nothing(assignment):
     with np.errstate(all="ignore"):
         scores = {
-            id: tried(assignment.question(id), assignment.hidden[id], function).score
+            id: judge_function(assignment.question(id), assignment.hidden[id], function).score
             for id, function in ONE_LINERS.items()
         }
     assert len(scores) == 19

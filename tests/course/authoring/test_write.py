@@ -15,7 +15,7 @@ import labkit
 from labkit.course.authoring import __main__ as command
 from labkit.course.authoring.entries import question
 from labkit.course.authoring.write import write_assignment
-from labkit.course.exercises.checking import tried
+from labkit.course.exercises.checking import judge_function
 from labkit.course.exercises.entries import ENTRIES
 from labkit.grading.questions import Answer, cases_beside, read_assignment
 
@@ -105,7 +105,7 @@ def test_what_was_written_grades(run):
     }
     cases = assignment.cases("double_sum")
     told = {
-        name: tried(assignment.question("double_sum"), cases, function)
+        name: judge_function(assignment.question("double_sum"), cases, function)
         for name, function in scores.items()
     }
     assert {name: one.score for name, one in told.items()} == {

@@ -102,7 +102,7 @@ def _by_labkit(p: Any, q: Any, T: Any, *limits: float) -> Any:
 
 def _ending_early(*arguments: Any) -> Any:
     """The loop with ρ of the pairs that pass the gate, as many a student's may end."""
-    return ENTRIES["icp"].edited({"1e-13": f"{EARLY}"})[1](*arguments)
+    return ENTRIES["icp"].apply_edits({"1e-13": f"{EARLY}"})[1](*arguments)
 
 
 # fmt: off
