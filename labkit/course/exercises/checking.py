@@ -112,22 +112,24 @@ def check(function: Callable[..., Any]) -> Feedback:
     """
     name = _name(function)
     assignment = load_assignment(hidden=False)
-    asked = next((one for one in assignment.questions if one.function == name), None)
-    if asked is None:
+    question = next((q for q in assignment.questions if q.function == name), None)
+    if question is None:
         if (entry := exercises().get(name)) is None:
             raise InvalidParameterError(
                 f"no exercise asks for a function named {name!r}; leave the name as its stub has it"
             )
         return Feedback(judge_exercise(entry, function))
     called = Calls()
-    verdict = _judge_own_code(asked, assignment.cases(asked.id), function, called)
+    verdict = _judge_own_code(question, assignment.cases(question.id), function, called)
+    if verdict.passed:
+        return Feedback(verdict)
     names = {name for name, _ in called}
-    for one in assignment.questions if not verdict.passed else ():
-        other: Any = getattr(function, "__globals__", {}).get(one.function)
-        if one is asked or one.function not in names or not callable(other):
+    for part in assignment.questions:
+        callee: Any = getattr(function, "__globals__", {}).get(part.function)
+        if part is question or part.function not in names or not callable(callee):
             continue
-        if not judge_function(one, assignment.cases(one.id), other).passed:
-            cause = f"It uses your `{one.function}`, which fails its own check: mend that first"
+        if not judge_function(part, assignment.cases(part.id), callee).passed:
+            cause = f"It uses your `{part.function}`, which fails its own check: mend that first"
             return Feedback(replace(verdict, message=f"{cause}. {verdict.message}"))
     return Feedback(verdict)
 
@@ -144,8 +146,8 @@ def score(function: Callable[..., Any]) -> float:
         In the students' edition, which has no hidden cases.
     """
     assignment = load_assignment()
-    asked = assignment.question(_name(function))
-    return _judge_own_code(asked, assignment.cases(asked.id), function, Calls()).score
+    question = assignment.question(_name(function))
+    return _judge_own_code(question, assignment.cases(question.id), function, Calls()).score
 
 
 def exercises() -> dict[str, exercise]:
@@ -153,9 +155,9 @@ def exercises() -> dict[str, exercise]:
     for module in iter_modules(chapters.__path__):
         import_module(f"{chapters.__name__}.{module.name}")
     return {
-        name: one
-        for name, one in ENTRIES.items()
-        if one.right.__module__.startswith(chapters.__name__)
+        name: entry
+        for name, entry in ENTRIES.items()
+        if entry.right.__module__.startswith(chapters.__name__)
     }
 
 

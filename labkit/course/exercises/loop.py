@@ -61,25 +61,26 @@ def colleagues_icp(source, target):
 }, {
     "They are exchanged: any holds first, both later.": lambda t, r, e: first_stops(t, r, e)[::-1],
     "These are the first of each kind; both have to be small at once.":
-        {"one <": "translation_steps <", "both <": "rotation_steps <"},
+        {"smaller <": "translation_steps <", "larger <": "rotation_steps <"},
     "A step exactly at the limit is not small.": lambda t, r, e: first_stops(t, r, e * (1 + 1e-9)),
     "`argmin` finds the first False of a mask; `argmax` finds its first True.":
-        {"argmax(one <": "argmin(translation_steps <", "argmax(both <": "argmin(rotation_steps <"},
+        {"argmax(smaller <": "argmin(translation_steps <",
+         "argmax(larger <": "argmin(rotation_steps <"},
 })
 def first_stops(translation_steps, rotation_steps, tolerance):
     """First iterations at which the smaller of the two, and the larger, is small."""
-    one = np.minimum(translation_steps, rotation_steps)
-    both = np.maximum(translation_steps, rotation_steps)
-    return np.argmax(one < tolerance), np.argmax(both < tolerance)
+    smaller = np.minimum(translation_steps, rotation_steps)
+    larger = np.maximum(translation_steps, rotation_steps)
+    return np.argmax(smaller < tolerance), np.argmax(larger < tolerance)
 
 
 def _two_gates():
     T = transform(0.5, 0.2, 1.2)
     older, newer = look(np.eye(3)), look(T).copy()
     newer[::5] += (0.6, 0.3)  # what has moved between the scans
-    far = T @ transform(-0.3, -0.2, -0.1)
+    T_guess = T @ transform(-0.3, -0.2, -0.1)
     return {
-        f"gates of {a:g} m and {b:g} m": (newer, older, far, (a, b))
+        f"gates of {a:g} m and {b:g} m": (newer, older, T_guess, (a, b))
         for a, b in ((1.0, 0.1), (0.8, 0.15), (0.15, 0.8))
     }
 
@@ -121,10 +122,10 @@ def _errors():
 
 @exercise("How far the heading may be off", _errors, {
     "This asks how far a run went from its guess; ask how far its end is from the truth.":
-        {"abs(off)": "abs(wrap(off - errors))"},
+        {"abs(end_errors)": "abs(wrap(end_errors - errors))"},
     "A heading is held to 2 as if it were in degrees.": {"np.radians(2)": "2"},
     "The error keeps its sign, so that a heading far to the right passes: take its size.":
-        {"abs(off)": "off"},
+        {"abs(end_errors)": "end_errors"},
     "The errors are turned into radians once more; they are radians already.":
         {"for error in errors": "for error in np.radians(errors)"},
     "The guess is turned about the world's origin; turn it about the robot, behind `T_true`.":
@@ -134,8 +135,8 @@ def headings_that_work(source, target, T_true, errors, parameters):
     """The error of the end, in either direction."""
     guesses = [T_true @ transform(0, 0, error) for error in errors]
     ends = np.array([icp(source, target, T, parameters).T_target_source for T in guesses])
-    off = wrap(to_xytheta(ends)[:, 2] - to_xytheta(T_true)[2])
-    return abs(off) < np.radians(2)
+    end_errors = wrap(to_xytheta(ends)[:, 2] - to_xytheta(T_true)[2])
+    return abs(end_errors) < np.radians(2)
 
 
 @exercise("The price of a lost pair", {
