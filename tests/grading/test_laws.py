@@ -113,6 +113,7 @@ class Liar:
 def test_in_the_box_lies_nothing_that_is_still_to_be_asked(monkeypatch):
     """On every order that the most that can be lent leads to."""
     monkeypatch.setattr(sitting, "Box", Liar)
+    ORDERS.clear()
     grading.grade_submission({"a.py": b"def rotation(): 0"}, Wall("none"), ASSIGNMENT, "ada")
     lent = [order for order in ORDERS if order.get("replacements")]
     assert {name for order in lent for name in order["replacements"]} == {*NAMES[:-1]} - {"wrap"}
@@ -413,6 +414,37 @@ def test_who_ends_every_box_gets_no_box_for_ever(monkeypatch):
 
     assert verdict.score == 0.0
     assert 50 < Ending.count < 150
+
+
+class Changing(Liar):
+    """A box that says another thing of the cells each time that they run."""
+
+    runs = 0
+
+    def send(self, allowed, attached=b"", **order):
+        super().send(allowed, attached, **order)
+        if "cells" in order:
+            Changing.runs += 1
+            self.said[-1]["notes"] = [Changing.runs]
+
+
+@pytest.mark.parametrize(
+    ("kinds", "last"),
+    [("visible", 2), ("hidden", 1), ("hidden visible visible", 1), ("visible hidden visible", 2)],
+)
+def test_a_box_says_nothing_more_of_the_cells_after_a_hidden_case(kinds, last, monkeypatch):
+    """Whatever is asked after it; the `last` run counts that came before it."""
+    monkeypatch.setattr(sitting, "Box", Changing)
+    monkeypatch.setattr(Changing, "runs", 0)
+    submission = sitting.Sitting(NAMES, Wall("none"))
+    submission.read({"a.py": b"def rotation(): 0"})
+    question = ASSIGNMENT.questions[0]
+    for kind in kinds.split():
+        submission.ask(question, getattr(ASSIGNMENT, kind)[question.id], 0)
+        submission.close()
+        submission.run()
+
+    assert submission.notes == [last]
 
 
 def test_what_is_handed_out_and_not_touched_is_called_not_written(graded):

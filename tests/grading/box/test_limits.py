@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from labkit.grading.box import outside
+from labkit.grading.box import outside, watch
 from labkit.grading.box.inside import data
 from labkit.grading.box.outside import MAX_LINE, Box, Wall, find_unused_user
-from labkit.grading.box.watch import BoxError, BoxTimeout, read_usage
+from labkit.grading.box.watch import BoxError, BoxTimeout, Usage, read_usage
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="boxes are Linux's")
 LIMITS = """
@@ -95,6 +95,18 @@ def test_usage_is_what_the_system_counts_whatever_a_process_calls_itself():
     assert usage.used == pytest.approx(user + system, abs=0.1)
     assert 0.0 <= usage.waited < 1e5
     assert usage.threads >= 1
+
+
+def test_all_times_of_a_process_are_in_seconds(tmp_path, monkeypatch):
+    """Linux counts work in ticks, and each thread's wait for a processor in nanoseconds."""
+    monkeypatch.setattr(watch, "Path", lambda path: tmp_path / path.lstrip("/"))
+    ticks = os.sysconf("SC_CLK_TCK")
+    for thread in "78":
+        (tmp_path / "proc/7/task" / thread).mkdir(parents=True)
+        (tmp_path / "proc/7/task" / thread / "schedstat").write_text("0 750000000 9\n")
+    (tmp_path / "proc/7/stat").write_text(f"7 (a) D {'0 ' * 10}{ticks} {2 * ticks} 0 0 0 0 2 0\n")
+
+    assert read_usage(7) == Usage(used=3.0, waited=1.5, is_at_disk=True, threads=2)
 
 
 def test_the_user_of_a_box_has_no_process(monkeypatch):
