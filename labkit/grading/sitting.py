@@ -15,9 +15,11 @@ from labkit.grading.questions import Case, Question
 
 MAX_PROGRAM = 1 << 27  # bytes of what was read, which are code and no answer
 READING = 10.0  # [s] of processor time for the files
-# Processor time for all cells, and for a call: the box's own limit as many times, and seconds more.
-CELLS, CALLS, MORE = 10.0, 1.5, 0.5
-BEGINNING = 0.5  # likewise: what the start of each box is charged, so that none is started for ever
+# Processor time as a multiple of the box's own limit:
+CELLS = 10.0  # for all cells
+CALLS = 1.5  # for one call
+BEGINNING = 0.5  # charged for the start of each box, so that none is started for ever
+MORE = 0.5  # [s] added for the cells, and for each call
 PATIENCE = 5.0  # times as long for a call that ran out of time where others were right
 UNREADABLE = "the files cannot be read with little time and memory; hand in the notebook alone"
 HANDED_OUT = [path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py")]

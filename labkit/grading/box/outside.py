@@ -38,8 +38,9 @@ from labkit.grading.box.watch import LOOK, BoxError, MachineError, Watch, read_u
 from labkit.support.errors import LabkitError
 
 T = TypeVar("T")
-DISK_BYTES, MAX_LINE = 64 << 20, 1 << 18
-SECONDS = 3.0
+DISK_BYTES = 64 << 20  # that a box can write
+MAX_LINE = 1 << 18  # bytes of an answer
+SECONDS = 3.0  # of processor time, for a cell and for a call
 IN_ALL = 60.0  # times the wall's seconds: processor time of a submission
 START = 120.0  # [s] until a box must be ready, on a machine at its limit
 ENDED = "the program ended"

@@ -10,8 +10,13 @@ import signal
 import struct
 import sys
 
-MEMORY, FILE_BYTES = 1536 << 20, 16 << 20
-ALLOW, FAIL, NOT_EQUAL, MASKED_EQUAL = 0x7FFF0000, 0x00050000, 1, 7
+MEMORY = 1536 << 20  # bytes
+FILE_BYTES = 16 << 20  # of one file
+# Constants of libseccomp: what becomes of a system call, and how its argument is compared.
+ALLOW = 0x7FFF0000
+FAIL = 0x00050000
+NOT_EQUAL = 1
+MASKED_EQUAL = 7
 # Network, new programs, other processes, memory that outlives the process, doors into the kernel.
 REFUSED = """
     socket execve execveat fork vfork ptrace process_vm_readv process_vm_writev setns unshare mount

@@ -277,7 +277,8 @@ class Session:
 
 def main() -> None:
     """Close the box around this process, and serve."""
-    orders, writing = os.fdopen(os.dup(0), "rb"), os.dup(1)
+    orders = os.fdopen(os.dup(0), "rb")
+    writing = os.dup(1)
     quiet = os.open(os.devnull, os.O_RDWR)
     for standard in (0, 1):
         os.dup2(quiet, standard)

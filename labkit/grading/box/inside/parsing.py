@@ -28,14 +28,16 @@ def statements(source: str, label: str) -> tuple[list[ast.stmt], dict[str, str]]
 
     A fault stands under the name of the function that it leaves undefined, or under "".
     """
-    nodes, faults = list[ast.stmt](), dict[str, str]()
+    nodes = list[ast.stmt]()
+    faults = dict[str, str]()
     with warnings.catch_warnings(action="ignore"):
         try:
             nodes = ast.parse(source, label).body
         except SyntaxError:
             for magic, code in MAGICS.items():
                 source = re.sub(magic, code, source, flags=re.MULTILINE)
-            line, part = 0, ""
+            line = 0
+            part = ""
             for piece in PIECE.split(source):
                 part += piece
                 if piece.startswith("@"):  # a decorator belongs to what follows
@@ -43,8 +45,9 @@ def statements(source: str, label: str) -> tuple[list[ast.stmt], dict[str, str]]
                 count = part.count("\n")
                 while part:
                     try:
-                        body, part = ast.parse(part, label).body, ""
+                        body = ast.parse(part, label).body
                         nodes += [ast.increment_lineno(node, line) for node in body]
+                        part = ""
                     except SyntaxError as error:
                         bad_line = min(error.lineno or 1, count + 1)
                         lines = part.splitlines(keepends=True)

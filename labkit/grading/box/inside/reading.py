@@ -53,7 +53,8 @@ def read_program(
     """
     read: dict[str, list[tuple[str, str]]] = {}  # cells with their names in it, by file name
     unread: list[str] = []
-    letters_left, cells_left = MAX_SOURCE, MAX_CELLS
+    letters_left = MAX_SOURCE
+    cells_left = MAX_CELLS
     for name, data in unpack(files, unread):
         _, is_inside, place = name.rpartition("labkit/")
         if is_inside and place in handed_out:
