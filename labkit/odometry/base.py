@@ -99,7 +99,8 @@ class Odometry(ABC, Generic[State]):
 
     def _filter(self, scan: Scan | ArrayLike) -> Scan:
         """The scan after the filters; an error names it."""
-        if isinstance(scan, list | tuple | np.ndarray) and len(scan) == 0:
+        is_empty_array = isinstance(scan, np.ndarray) and scan.shape[:1] == (0,)
+        if is_empty_array or (isinstance(scan, list | tuple) and not scan):
             return NO_POINTS
         try:
             return self.parameters.preprocessing(scan)

@@ -64,7 +64,8 @@ class StepRecord:
     decision : Decision
         Where the increment came from.
     prior : ndarray, shape (3,), or None
-        What wheels or an IMU told of the step.
+        What wheels or an IMU told of the step; None where they told nothing, or that the robot
+        stands while its scan moved.
     reason : str
         The checks that failed on the way, for a person; often empty.
     inlier_count : int

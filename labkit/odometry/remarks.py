@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
 
+from labkit.odometry.propose import REST_SHIFT, REST_TURN
 from labkit.odometry.record import StepRecord
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
@@ -23,12 +25,20 @@ MAX_SHARE_AT_LIMIT = 0.05  # of the beams, on average, that end at the largest r
 SAME_RANGE = 1e-6  # [m]: two ranges that differ by less are one
 
 
-def remarks_on(records: Sequence[StepRecord], largest: Sequence[FloatArray]) -> tuple[str, ...]:
-    """Remarks on a run, from its records and the `largest_range` of each scan."""
+def remarks_on(
+    records: Sequence[StepRecord],
+    largest: Sequence[FloatArray],
+    told: FloatArray | None = None,
+) -> tuple[str, ...]:
+    """Remarks on a run, from its records, the `largest_range` of each scan, and what wheels told.
+
+    The rows of `told`, shape (K−1, 3), are NaN where they told nothing. Likely causes come first.
+    """
     return (
+        *wheel_remarks(records[1:]),
+        *standing_remarks(records[1:], told),
         *blind_remarks(records),
         *against_prior_remarks(records),
-        *wheel_remarks(records[1:]),
         *free_remarks(records[1:]),
         *range_remarks(largest),
     )
@@ -46,25 +56,26 @@ def blind_remarks(records: Sequence[StepRecord]) -> Iterator[str]:
         )
         return
     led = [record.led for record in records[1:]]
-    for first_scan, last_scan in stretches(led, MIN_BLIND_STEPS):
+    if longest := longest_stretch(led, MIN_BLIND_STEPS):
         yield (
-            f"scans {first_scan} to {last_scan} follow the wheels, since the scans fit the map too "
+            f"{longest.words} follow the wheels, since the scans fit the map too "
             f"little: does something move or hide the view?"
         )
     blind = [not record.decision.matched and not record.led for record in records[1:]]
-    for first_scan, last_scan in stretches(blind, MIN_BLIND_STEPS):
+    if longest := longest_stretch(blind, MIN_BLIND_STEPS):
         yield (
-            f"scans {first_scan} to {last_scan} were not matched, the first because "
-            f"{records[first_scan].reason}: their motion was taken from the prior, or was zero"
+            f"{longest.words} were not matched, the first because "
+            f"{records[longest.first_scan].reason}: their motion was taken from the prior, or was "
+            f"zero"
         )
 
 
 def against_prior_remarks(records: Sequence[StepRecord]) -> Iterator[str]:
     """Several matches against the prior in a row."""
     against_prior = [record.against_prior for record in records[1:]]
-    for first_scan, last_scan in stretches(against_prior, MIN_AGAINST_PRIOR):
+    if longest := longest_stretch(against_prior, MIN_AGAINST_PRIOR):
         yield (
-            f"scans {first_scan} to {last_scan} were all matched against the prior: either the "
+            f"{longest.words} were all matched against the prior: either the "
             f"wheels failed there (are they in metres?), or something that moves was taken for "
             f"the room"
         )
@@ -97,6 +108,23 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
                 f"the scans move {ratio:.3g} times as far as the wheels: does the scanner look "
                 f"backwards, or are the wheels in another unit than metres?"
             )
+
+
+def standing_remarks(steps: Sequence[StepRecord], told: FloatArray | None) -> Iterator[str]:
+    """Wheels that tell that the robot stands while its scans move."""
+    if told is None:
+        return
+    standing = 0
+    for step, wheels in zip(steps, told, strict=False):
+        has_stood = math.hypot(wheels[0], wheels[1]) < REST_SHIFT and abs(wheels[2]) < REST_TURN
+        x, y, turn = step.increment
+        has_moved = math.hypot(x, y) > MIN_SHIFT or abs(turn) > MIN_TURN
+        standing += step.decision.matched and has_stood and has_moved
+    if standing >= MIN_STEPS:
+        yield (
+            f"in {standing} steps the wheels told that the robot stands while its scans moved: did "
+            f"their log end, or is it of another drive?"
+        )
 
 
 def free_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
@@ -135,9 +163,24 @@ def largest_range(scan: Scan) -> FloatArray:
     return np.array([largest, np.mean(ranges > largest - SAME_RANGE)])
 
 
-def stretches(odd: Iterable[bool], min_length: int) -> Iterator[tuple[int, int]]:
-    """First and last scan of each run of odd steps, if it is so long; step k ends in scan k."""
+class Stretch(NamedTuple):
+    """The longest run of odd steps."""
+
+    first_scan: int
+    words: str  # its scans, and how many other runs there are
+
+
+def longest_stretch(odd: Iterable[bool], min_length: int) -> Stretch | None:
+    """The longest run of at least so many odd steps; step k ends in scan k."""
+    long: list[list[int]] = []
     for is_odd, run in groupby(enumerate(odd, 1), lambda numbered: numbered[1]):
         scans = [k for k, _ in run]
         if is_odd and len(scans) >= min_length:
-            yield scans[0], scans[-1]
+            long.append(scans)
+    if not long:
+        return None
+    longest = max(long, key=len)
+    words = f"scans {longest[0]} to {longest[-1]}"
+    if len(long) > 1:
+        words += f", and those of {len(long) - 1} other stretches,"
+    return Stretch(longest[0], words)

@@ -151,7 +151,7 @@ def estimate_odometry(
     result = OdometryResult(
         poses=np.array(poses).reshape(-1, 3),
         records=tuple(records),
-        remarks=remarks_on(records, largest),
+        remarks=remarks_on(records, largest, increments),
     )
     for remark in result.remarks:
         warnings.warn(remark, stacklevel=2)

@@ -276,6 +276,7 @@ WHEELS = {  # disturbances of the wheels (K, 3)
 }
 
 
+@pytest.mark.filterwarnings("ignore:in 11 steps the wheels told that the robot stands")
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("kind", [*RANGES, *WHEELS])
 def test_in_a_room_no_disturbance_of_sweeps_or_wheels_costs_the_way(kind, seed):

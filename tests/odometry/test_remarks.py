@@ -63,6 +63,24 @@ def test_wheels_in_another_unit_are_named():
     assert "another unit" in remark
 
 
+def test_wheels_that_stand_while_the_robot_drives_are_named():
+    (remark,) = remarks_of(SCANS, np.zeros_like(WHEELS))
+
+    assert remark.startswith("in 30 steps the wheels told that the robot stands")
+
+
+def test_many_stretches_of_one_kind_get_one_remark():
+    """Of three stretches that were not matched, the longest is named."""
+    matched = [Decision.ICP] * 12
+    blind = [Decision.HOLD] * 11
+    decisions = matched + blind + matched + [Decision.HOLD] * 15 + matched + blind + matched * 3
+    records = [StepRecord(increment=np.zeros(3), decision=each) for each in decisions]
+
+    (remark,) = remarks_on(records, [])
+
+    assert remark.startswith("scans 35 to 49, and those of 2 other stretches, were not matched")
+
+
 def test_a_way_along_walls_that_nothing_measured_is_told():
     path = np.column_stack([np.linspace(-3.0, 3.0, 31), np.zeros((31, 2))])
     scans = scan_along(corridor(), path, Lidar(beam_count=181, range_max=4.0), rng=1)
