@@ -84,6 +84,7 @@ $\sum_i \lVert\mathbf{R}\,\mathbf{p}_i + \mathbf{t} - \mathbf{q}_i\rVert^2$.
     "no turn": (np.eye(2), TRIANGLE, TRIANGLE + np.array([1.0, 2.0])),
     "a quarter turn": (rotation(math.pi / 2), TRIANGLE, _turned(math.pi / 2)),
     "noisy pairs": _translation(6, LEFT),
+    "points given as whole numbers": lambda rng: (np.array([[0, 1], [-1, 0]]), *_whole(rng)),
 }, hidden={
     "a turn to the left": _translation(5, LEFT),
     "a turn to the right": _translation(8, RIGHT),
@@ -129,6 +130,7 @@ possible, also one beyond a right angle.
     "a triangle after a wide turn": (TRIANGLE, _turned(2.0)),
     "noisy pairs": _pairs(6, LEFT),
     "noisy pairs after a turn to the right": _pairs(5, RIGHT),
+    "points given as whole numbers": _whole,
 }, hidden={
     "noisy pairs": _pairs(20, RIGHT, noise=0.05),
     "more than a right angle to the left": _pairs(10, WIDE),
@@ -180,6 +182,7 @@ not sum up to one; some may be zero.
         np.array([1.0, 1.0, 1.0, 0.0])),
     "a wrong pair with a small weight": _weighted(_pairs(6, LEFT), 0.4, 1.0),
     "weights above one, and a turn to the right": _weighted(_pairs(6, RIGHT), 4.0, 30.0),
+    "whole numbers": _weighted(_whole, 4.0, 9.0, whole=True),
 }, hidden={
     "weights below one": _weighted(_pairs(10, LEFT), 0.4, 1.0),
     "weights above one": _weighted(_pairs(10, RIGHT), 4.0, 30.0),
@@ -233,6 +236,7 @@ The answer is to be a rotation all the same: the best one there is.
     "a mirror image": (
         np.array([[3.0, 0.0], [-3.0, 0.5], [1.0, 1.0], [-2.0, -1.0]]),
         np.array([[3.0, 0.0], [-3.0, -0.5], [1.0, -1.0], [-2.0, 1.0]])),
+    "whole numbers": _whole,
 }, hidden={
     "a wide turn": _pairs(8, BACK),
     "a mirror image, turned to the left": _pairs(10, LEFT, mirrored=True),

@@ -67,6 +67,7 @@ Find for each source point the nearest target point. Comparing all with all is g
     "three points that share two": (
         np.array([[0.0, 0.5], [0.0, -0.25], [3.0, 2.0]]),
         np.array([[4.0, 2.0], [0.0, 0.0]])),
+    "points given as whole numbers": lambda rng: (rng.whole_points(4), rng.whole_points(5)),
 }, hidden={
     "more target points than source points": lambda rng: (rng.points(10), rng.points(25)),
     "more source points than target points": lambda rng: (rng.points(25), rng.points(6)),
@@ -106,6 +107,7 @@ Reject the pairs that are farther apart than the gate $d_{\max}$. A pair right o
     "five pairs, one of them on the gate": Exact(
         (np.array([0.125, 0.75, 0.5, 0.625, 0.25]), 0.5)),
     "a wide gate": (np.array([3.5, 1.7, 0.4, 2.2]), 2.0),
+    "distances given as whole numbers": Exact((np.array([4, 1, 2, 3, 0]), 2)),
 }, hidden={
     "a wide gate": lambda rng: (_distances(rng, 12, 0.2, 6.0), rng.number(1.7, 2.2)),
     "a pair on the gate": Exact(_on_the_gate(0.25, 0.5, 2.0, 3.0)),
@@ -147,6 +149,7 @@ Of $N$ pairs keep the $\lfloor\rho N\rfloor$ closest, but at least 3. The pairs 
     "three quarters of nine": (
         np.array([0.8, 0.15, 0.5, 0.33, 1.2, 0.05, 0.61, 0.27, 0.94]), 0.75),
     "three quarters of eight": (np.array([0.7, 0.3, 1.1, 0.2, 0.9, 0.4, 0.6, 0.1]), 0.75),
+    "distances given as whole numbers": (np.array([5, 1, 4, 2, 3]), 0.65),
 }, hidden={
     "a share that is rounded down much": _trimmed(11, 0.7),
     "a share that is rounded down little": _trimmed(9, 0.6),

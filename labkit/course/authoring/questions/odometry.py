@@ -85,6 +85,7 @@ Chain them to poses in the frame of the start. Headings are to lie in $(-\pi, \p
     "a curve from another start": _increments(3, 0.2, 0.5),
     "a loop past half a turn": _increments(5, 0.8, 0.9),
     "half a turn on the way": Exact(_half_turn),
+    "increments given as whole numbers": _whole_increments,
 }, hidden={
     "a loop past half a turn": _increments(8, 0.5, 0.9),
     "a loop to the right past half a turn": _increments(9, -0.9, -0.6),

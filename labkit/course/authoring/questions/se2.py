@@ -84,6 +84,7 @@ Chain them to the one that goes from $c$ to $a$.
 """, oracle=labkit.compose, visible={
     "a step ahead, then a quarter turn": (AHEAD, labkit.transform(0.0, 0.0, math.pi / 2)),
     "two general motions": _transforms(2, 0.3, 1.2),
+    "transforms given in whole numbers": lambda rng: (_whole_transform(rng), _whole_transform(rng)),
 }, hidden={
     "two turns to the right": _transforms(2, -1.4, -0.3),
     "turns that pass half a turn": _transforms(2, 1.7, 2.8),
@@ -123,6 +124,7 @@ yours to choose.
 """, oracle=labkit.invert, visible={
     "a step ahead": (AHEAD,),
     "a general motion": _transforms(1, 0.3, 1.2),
+    "a transform given in whole numbers": lambda rng: (_whole_transform(rng),),
 }, hidden={
     "a turn to the right": _transforms(1, -1.4, -0.3),
     "more than a right angle": _transforms(1, 1.7, 2.8),
