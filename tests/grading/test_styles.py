@@ -205,7 +205,7 @@ NOTES = {
     "slow": "it took too long",
     "syntax": "line 3 of a.py is no Python",
     "NUL": "line 2 of a.py holds a NUL byte",
-    "old script": "a_old.py and a.ipynb answer the same; the better answers count",
+    "old script": "a_old.py and a.ipynb answer the same; those of a.ipynb count",
 }
 
 

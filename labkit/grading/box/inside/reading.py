@@ -90,7 +90,7 @@ def read_program(
     notes: list[str] = []
     for name in chosen or list(read)[:1]:
         if name in chosen[:-1] and answers[name] <= answers[chosen[-1]]:
-            notes.append(f"{name} and {chosen[-1]} answer the same; the better answers count")
+            notes.append(f"{name} and {chosen[-1]} answer the same; those of {chosen[-1]} count")
         for source, place in read[name]:
             label = f"{place} of {name}" if place and len(read) > 1 else place or name
             above, nul, _ = source.partition("\0")
