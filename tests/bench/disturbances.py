@@ -260,9 +260,15 @@ DISTURBANCES: dict[str, tuple[Change, str]] = {
     "gaps of 15 scans": (gaps(15), "After 15 m the map may show nothing that is in view."),
     "repeated scans": (repeats, "One scan in ten comes twice: a step that is none."),
     "empty scans": (empty, "One scan in ten has no points: the wheels carry that step."),
-    "a frozen scanner": (frozen, "A scan that repeats to the digit while wheels move is none."),
+    "a frozen scanner": (
+        frozen,
+        "It looks like wheels that fail: a match that does not move is believed.",
+    ),
     "wheels + 10 %": (scaled(1.1), "Each match starts 0.1 m too far, within reach of the gate."),
-    "wheels − 20 %": (scaled(0.8), "Along corridors the way is as wrong as the wheels."),
+    "wheels − 20 %": (
+        scaled(0.8),
+        "Along corridors as wrong as the wheels; on acapulco matches score too little beside them.",
+    ),
     "wheels jump 30–80°": (jumps, "More unlike the last motions than a match with support is."),
     "wheels slip 0.5–2 m": (slips, "Short slips lie within the window around the wheels."),
     "wheels stand for 30 steps": (
@@ -383,8 +389,8 @@ What does one disturbance cost the odometry? Each row disturbs the scans or the 
 log in one way, and runs the [lab's odometry](odometry.md) on it. The figures are ATE in metres: the
 median of some runs, whose ranges differ by a millimetre of noise, the smallest and the largest, and
 that of the wheels alone, disturbed as they are. One run scatters by a factor of two, and so may the
-median of few. `tests/bench/disturbances.py` writes this page, and knows more disturbances than were
-measured here."""
+median of few. Without wheels only the clean logs were measured.
+`tests/bench/disturbances.py` writes this page."""
 
 KNOWN = """\
 ## Does it know?
