@@ -105,8 +105,8 @@ def _avenue():
 def along_the_avenue(source, target, x_true, offset):
     """Error and RMSE from a guess that is off."""
     parameters = IcpParameters(max_correspondence_distance=1.0)
-    result = icp(source, target, transform(x_true + offset, 0.0, 0.0), parameters)
-    return result.T_target_source[0, 2] - x_true, result.inlier_rmse
+    match = icp(source, target, transform(x_true + offset, 0.0, 0.0), parameters)
+    return match.T_target_source[0, 2] - x_true, match.inlier_rmse
 
 
 @exercise("How fast a heading drifts", {
