@@ -19,7 +19,7 @@ from labkit.grading.classroom.handins import Submission, read_files
 from labkit.grading.classroom.store import Record, fingerprint
 from labkit.grading.judge.compare import assess
 from labkit.grading.judge.verdict import QuestionVerdict, Status, SubmissionVerdict
-from labkit.grading.questions import Assignment, Question, read_assignment
+from labkit.grading.questions import Assignment, Case, Question, read_assignment
 from labkit.grading.sitting import Sitting, clean_text
 
 MAX_NOTES = 20
@@ -89,21 +89,38 @@ def _verdicts(sitting: Sitting, assignment: Assignment) -> Iterator[QuestionVerd
             if callee.function in sitting.calls.get(question.function, ())
             and not any(map(callee.answers, assignment.questions[place:]))
         }
-        is_tried_again = replacements and hidden and not own_verdict.passed
-        for state in range(len(visible_outcomes[place]) if is_tried_again else 0):
-            answers = sitting.ask(question, hidden, state, replacements=replacements)
-            retrial = assess(question, hidden, answers)
-            if retrial.score > verdict.score:
+        if hidden and replacements and not own_verdict.passed:
+            best = _with_replacements(sitting, question, hidden, replacements)
+            if best.score > own_verdict.score:
                 names = ", ".join(f"`{name}`" for name in replacements)
                 message = (
-                    f"{retrial.message} This was graded with the right {names} in place of yours: "
+                    f"{best.message} This was graded with the right {names} in place of yours: "
                     f"with yours it would get {own_verdict.score:g} of {own_verdict.points:g} "
                     f"points."
                 )
-                verdict = replace(retrial, replaced=tuple(replacements), message=message)
+                verdict = replace(best, replaced=tuple(replacements), message=message)
         if not verdict.passed and question.id in assignment.right:
             failed.append(question)
         yield verdict
+
+
+def _with_replacements(
+    sitting: Sitting, question: Question, hidden: list[Case], replacements: Mapping[str, str]
+) -> QuestionVerdict:
+    """The best verdict on the hidden cases with right functions in place of the student's.
+
+    They answer in the form that the question asks for, and where that does not do, in the form of
+    the student's own: it may be another accepted one, or a mistake that the caller does not expect.
+    """
+    samples = {name: sitting.samples[name] for name in replacements if name in sitting.samples}
+    verdicts = list[QuestionVerdict]()
+    for forms in [{}, samples] if samples else [{}]:
+        for state in range(sitting.states.get(question.function, 1)):
+            answers = sitting.ask(question, hidden, state, replacements=replacements, samples=forms)
+            verdicts.append(assess(question, hidden, answers))
+            if verdicts[-1].passed:
+                return verdicts[-1]
+    return max(verdicts, key=lambda verdict: verdict.score)
 
 
 def grade_one(

@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from labkit.grading.box.inside import data
+from labkit.grading.box.inside.data import Value
 from labkit.grading.box.inside.reading import Program
 from labkit.grading.box.outside import IN_ALL, PACKAGE, Box, Wall
 from labkit.grading.box.watch import BoxError, BoxTimeout
-from labkit.grading.judge.compare import is_right
+from labkit.grading.judge.compare import is_readable, is_right
 from labkit.grading.judge.verdict import Outcome, Status
 from labkit.grading.questions import Case, Question
 
@@ -45,6 +46,8 @@ class Sitting:
         self.states: dict[str, int] = {}
         self.calls: dict[str, set[str]] = {}  # functions that an answer uses
         self.faults: dict[str, str] = {}  # why functions could not be parsed
+        # Of each function: the arguments of a visible case in which its answer could be read.
+        self.samples: dict[str, tuple[Value, ...]] = {}
         # Calls that ended a box or took too long: a function, its state, what was lent to it.
         self.hung: set[tuple[str, int, frozenset[str]]] = set()
 
@@ -98,14 +101,21 @@ class Sitting:
         state: int,
         *,
         replacements: Mapping[str, str] = {},
+        samples: Mapping[str, tuple[Value, ...]] = {},
         trusted: bool = False,
     ) -> list[Outcome]:
         """The outcomes of some cases of one question, all visible or all hidden.
 
+        Right functions in `replacements` stand in for the student's, and answer in the form of
+        those of which `samples` hold arguments.
         A call that takes too long ends them. It is asked again, alone and with more time, where
         the function is `trusted` or was right in all cases before it.
         """
-        outcomes = self._call(question, cases, state, replacements, 1.0)
+        outcomes = self._call(question, cases, state, replacements=replacements, samples=samples)
+        for case, outcome in zip(cases, outcomes, strict=True):
+            is_returned = outcome.status is Status.RETURNED
+            if not case.hidden and is_returned and is_readable(question, outcome.value):
+                self.samples.setdefault(question.function, case.arguments)
         place = next(
             (k for k, outcome in enumerate(outcomes) if outcome.status is Status.TOO_LONG), None
         )
@@ -117,7 +127,12 @@ class Sitting:
             self.hung.discard((question.function, state, frozenset(replacements)))
             for k in range(place, len(cases)):
                 (outcomes[k],) = self._call(
-                    question, cases[k : k + 1], state, replacements, PATIENCE
+                    question,
+                    cases[k : k + 1],
+                    state,
+                    replacements=replacements,
+                    samples=samples,
+                    patience=PATIENCE,
                 )
                 if outcomes[k].status is Status.TOO_LONG:
                     break
@@ -128,8 +143,10 @@ class Sitting:
         question: Question,
         cases: Sequence[Case],
         state: int,
+        *,
         replacements: Mapping[str, str],
-        patience: float,
+        samples: Mapping[str, tuple[Value, ...]],
+        patience: float = 1.0,
     ) -> list[Outcome]:
         """Send cases to the box; what hung before, by itself or in what it calls, is not called."""
         name = question.function
@@ -146,13 +163,18 @@ class Sitting:
         outcomes = list[Outcome]()
         try:
             calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
-            order = {"function": name, "state": state, "replacements": replacements, "calls": calls}
-            self.box.send(CALLS * seconds + MORE, seconds=seconds, **order)
+            forms = {
+                callee: [data.to_json(argument) for argument in arguments]
+                for callee, arguments in samples.items()
+            }
+            order = {"function": name, "state": state, "replacements": replacements}
+            order |= {"samples": forms, "calls": calls}
+            self.box.send((CALLS + len(samples)) * seconds + MORE, seconds=seconds, **order)
             while len(outcomes) < len(cases):
-                self.box.allow(CALLS * seconds + MORE)
                 outcomes.append(read_outcome(self.box.receive()))
                 if outcomes[-1].status is Status.TOO_LONG:
                     break
+                self.box.allow(CALLS * seconds + MORE)
         except BoxError as error:
             self.close()
             is_timeout = isinstance(error, BoxTimeout)

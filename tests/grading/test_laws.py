@@ -252,6 +252,110 @@ def test_whatever_a_wrong_function_does_to_its_callers_they_keep_their_points(gr
     assert {ending for _, _, ending in pairs} == ENDINGS.keys()
 
 
+BINDINGS = {  # how a caller reaches another function: what stands above it, and how it calls
+    "name": ("", "{name}"),
+    "alias": ("use_{name} = {name}", "use_{name}"),
+    "default": ("def use_{name}(*given, own={name}):\n    return own(*given)", "use_{name}"),
+    "dict": ("tools_{name} = {{'own': {name}}}", "tools_{name}['own']"),
+    "partial": ("import functools\nuse_{name} = functools.partial({name})", "use_{name}"),
+    "method": ("class Use_{name}:\n    run = staticmethod({name})", "Use_{name}().run"),
+    "closure": ("use_{name} = (lambda own: lambda *given: own(*given))({name})", "use_{name}"),
+    "keywords": ("", "(lambda *given: {name}(**dict(zip({parameters}, given))))"),
+    "another file": ("import helpers", "helpers.{name}"),
+    "name of another file": ("from helpers import {name} as use_{name}", "use_{name}"),
+}
+CALLEES = ("rotation", "nearest_neighbors", "huber_weights")
+WRONG = {
+    "returns nothing": "def {name}({parameters}):\n    None\n",
+    "returns one number": "def {name}({parameters}):\n    return 0.125\n",
+    "has a first name": "def own_{name}({parameters}):\n    return None\n{name} = own_{name}\n",
+    "is no function": "class Own:\n    def __call__(self, {parameters}):\n        pass\n"
+    "{name} = Own()\n",
+    "cannot be parsed": "def {name}(:\n",
+}
+
+
+def parameters(name):
+    return ASSIGNMENT.question(name).signature.strip("()").split(", ")
+
+
+def bind(source, binding):
+    """The source of a caller that reaches other functions in some way."""
+    for name in CALLEES:
+        above, call = (
+            part.format(name=name, parameters=parameters(name)) for part in BINDINGS[binding]
+        )
+        if f"{name}(" in source:
+            source = above + "\n" + source.replace(f"{name}(", f"{call}(")
+    return source
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize("binding", BINDINGS)
+def test_however_a_wrong_function_is_bound_its_callers_keep_their_points(binding, wrong, graded):
+    """Law 2: ways to bind × ways to be wrong, for three functions that others call."""
+    if "file" in binding and wrong == "cannot be parsed":
+        pytest.skip("a file without the function cannot be asked for it")
+    sources = {
+        name: WRONG[wrong].format(name=name, parameters=", ".join(parameters(name)))
+        for name in CALLEES
+    }
+    helpers = "\n".join(["import numpy as np", *sources.values()]).encode()
+    callers = {name: bind(RIGHT[name], binding) for name in RIGHT if name not in CALLEES}
+    files = {"a.ipynb": answered(sources | callers, closing=False), "helpers.py": helpers}
+
+    verdict = graded(files, ASSIGNMENT)
+
+    lost = {one.question for one in verdict.questions if not one.passed}
+    assert lost == {*CALLEES}, [one for one in verdict.questions if not one.passed]
+
+
+FORMS = {  # accepted forms of answers: from the usual one, and back from this form alone
+    "rows": ("rotation", "value.tolist()", "np.array(value[0] + value[1]).reshape(2, 2)"),
+    "tuples": ("rotation", "tuple(map(tuple, value))",
+               "np.reshape((*value[0], *value[1]), (2, 2))"),
+    "matrix": ("align_weighted", "np.block([[value[0], value[1][:, None]], [0, 0, 1]])",
+               "(value[:2, :2], value[:2, 2])"),
+    "dict": ("align_weighted", "{'R': value[0], 't': value[1]}", "(value['R'], value['t'])"),
+    "column": ("align_weighted", "(value[0], value[1][:, None])", "(value[0], value[1][:, 0])"),
+    "pair": ("icp_step", "[value[:2, :2], value[:2, 2]]",
+             "np.block([[value.pop(0), value.pop(0)[:, None]], [0, 0, 1]])"),
+    "lists": ("nearest_neighbors", "[part.tolist() for part in value]",
+              "tuple(np.array(part + []) for part in value)"),
+    "one array": ("nearest_neighbors", "np.array(value)",
+                  "(value[0].astype(int), value[1, :])"),
+    "ones": ("distance_gate", "value.astype(int)", "np.array([False, True])[value * 1]"),
+    "list": ("huber_weights", "value.tolist()", "np.array(value + [])"),
+}  # fmt: skip
+IN_FORM = """right_{name} = {name}
+def {name}(*given):
+    value = right_{name}(*given)
+    value = (value[0], value[1] + 1) if isinstance(value, tuple) else 1 - value
+    return {form}
+def use_{name}(*given):
+    value = {name}(*given)
+    return {back}
+"""
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_right_function_answers_its_callers_in_the_form_of_the_wrong_one(form, graded):
+    """Law 2: whoever takes another accepted form from a wrong function keeps the points."""
+    name, there, back = FORMS[form]
+    wrong = IN_FORM.format(name=name, form=there, back=back)
+    callers = {
+        other: source.replace(f"{name}(", f"use_{name}(")
+        for other, source in RIGHT.items()
+        if other != name
+    }
+    files = {"a.ipynb": answered(callers | {name: RIGHT[name] + wrong}, closing=False)}
+
+    verdict = graded(files, ASSIGNMENT)
+
+    lost = {one.question for one in verdict.questions if not one.passed}
+    assert lost == {name}, [one for one in verdict.questions if not one.passed]
+
+
 WAITS = "import threading\ndef double(x):\n    threading.Event().wait(99)\nnegate = double\n"
 DRAWS = "import random\nimport numpy as np\ndef double(x):\n    return np.random.rand()\n"
 DRAWS += "def negate(x):\n    return random.random()\n"

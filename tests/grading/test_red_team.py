@@ -193,7 +193,15 @@ def test_each_wall_holds_what_is_said_of_it(safe_wall, small, tmp_path):
             while "answers" not in box.receive():
                 pass
             calls = [[data.to_json(tuple(trials))]]
-            box.send(60.0, seconds=30.0, function="holes", state=0, replacements={}, calls=calls)
+            box.send(
+                60.0,
+                seconds=30.0,
+                function="holes",
+                state=0,
+                replacements={},
+                samples={},
+                calls=calls,
+            )
             assert data.from_json(box.receive()["value"]) == ()
         assert not list(shared.parent.glob(f"{MARK}-*"))
     finally:

@@ -120,7 +120,7 @@ def why_not(wall: Wall) -> str:
             box.send(START, cells=[(PROBE, "probe")], scripts={}, functions=["holes"])
             while "answers" not in box.receive():
                 pass
-            box.send(START, function="holes", state=0, replacements={}, calls=calls)
+            box.send(START, function="holes", state=0, replacements={}, samples={}, calls=calls)
             holes = [hole for _ in calls for hole in data.from_json(box.receive()["value"])]
             return " and ".join(dict.fromkeys(holes))
     except (BoxError, LabkitError, OSError, KeyError) as error:

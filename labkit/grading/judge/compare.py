@@ -169,6 +169,11 @@ def is_right(question: Question, case: Case, value: Value) -> bool:
     )
 
 
+def is_readable(question: Question, value: Value) -> bool:
+    """True if a value is an answer of the kind that is asked for, be it right or wrong."""
+    return not isinstance(_read(question.answer, value), str)
+
+
 def is_answer_of(misconception: str, question: Question, case: Case, value: Value) -> bool:
     """True if a value is what that mistake gives here, be it a form that cannot be read."""
     got = numbers(question.answer, value)

@@ -10,7 +10,6 @@ import ast
 import builtins
 import codeop
 import contextlib
-import functools
 import json
 import os
 import random
@@ -20,30 +19,19 @@ import time
 import traceback
 import types
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from labkit.grading.box.inside import confine, data, parsing, reading, standins
+from labkit.grading.box.inside.replacement import Replaceable, Replacement, undefined
+
+NUMBERS = (np.ndarray, np.generic, float, int, str)  # hold no function
 
 
 class OutOfTime(BaseException):
     """A cell or a call that is cut short."""
-
-
-def accept_lists(reference: Callable[..., Any]) -> Callable[..., Any]:
-    """A function whose arguments may be lists of numbers, as those of a student's own may be."""
-
-    def as_array(value: Any) -> Any:
-        return np.array(value) if isinstance(value, list | tuple) else value
-
-    @functools.wraps(reference)
-    def call_with_arrays(*positional: Any, **named: Any) -> Any:
-        arrays = {name: as_array(value) for name, value in named.items()}
-        return reference(*map(as_array, positional), **arrays)
-
-    return call_with_arrays
 
 
 class Session:
@@ -60,9 +48,8 @@ class Session:
         self.uses: dict[str, set[str]] = defaultdict(set)  # what a definition mentions, by its name
         self.finder = standins.Finder(self.run_script)
         self.compile = codeop.Compile()  # it remembers imports of __future__
-        self.modules: list[types.ModuleType] = []  # scripts that were imported
         self.faults: dict[str, str] = {}  # why functions could not be parsed, by their names
-        self.own: list[tuple[types.ModuleType, str, Any]] = []  # what is lent in place of
+        self.replacements: dict[str, Replacement] = {}  # in place of the student's functions
         self.seconds_left = 0.0
         self.armed = False
         signal.signal(signal.SIGPROF, self.cut)
@@ -103,6 +90,7 @@ class Session:
         spaces = dict[str, Any]()  # after the last cell that defines a function, by its name
         self.space.update({name: standins.StandIn(name) for name in ("display", "get_ipython")})
         self.space["np"] = np
+        self.space |= {name: self.replaceable(name, undefined(name)) for name in functions}
         time.sleep = lambda _: None  # who draws step by step waits for nobody here
         random.seed(0)  # graded again, a submission draws the same
         np.random.seed(0)  # noqa: NPY002
@@ -162,29 +150,44 @@ class Session:
         """
         for name, value in self.define(node, label, self.space).items():
             is_stub = name in self.answers and parsing.is_stub(value)
-            if name in self.functions and not is_stub and type(value) is not standins.StandIn:
+            if name in self.functions and type(value) is Replaceable and not is_stub:
                 self.answers[name] = value
 
     def define(self, node: ast.stmt, label: str, space: dict[str, Any]) -> dict[str, Any]:
-        """Run a statement in a space; the callables that it defines, whose names are noted."""
+        """Run a statement in a space, and note what it uses; its definitions but for numbers."""
         code = self.compile(ast.Module([node], []), label, "exec")  # type: ignore[arg-type]
         earlier = dict(space)
-        callables = dict[str, Any]()
+        defined = dict[str, Any]()
         try:
             exec(code, space)
         finally:
             for name, value in list(space.items()):
-                if callable(value) and earlier.get(name) is not value:
+                if earlier.get(name) is not value and not isinstance(value, NUMBERS):
                     self.uses[name] |= parsing.names_in(code)
-                    callables[name] = value
-        return callables
+                    defined[name] = self.make_replaceable(name, value, space)
+        return defined
+
+    def make_replaceable(self, name: str, value: Any, space: dict[str, Any]) -> Any:
+        """Make a function that is asked for replaceable, under all its names in a space."""
+        is_own = callable(value) and type(value) not in (standins.StandIn, Replaceable)
+        if name not in self.functions or not is_own:
+            return value
+        space[name] = replaceable = self.replaceable(name, value)
+        is_defined_here = getattr(value, "__globals__", None) is space
+        for other, same in list(space.items()):
+            if same is value and is_defined_here:
+                space[other] = replaceable
+        return replaceable
+
+    def replaceable(self, name: str, own: Any) -> Replaceable:
+        """A function that right ones can stand in for."""
+        return Replaceable(name, own, self.replacements)
 
     def run_script(self, source: str, name: str, module: types.ModuleType) -> None:
         """Run a script as the module that imports it.
 
         A package that it imports and that is missing costs what uses it alone, as in a cell.
         """
-        self.modules.append(module)
         for node in parsing.statements(source, name)[0]:
             try:
                 self.define(node, name, vars(module))
@@ -215,18 +218,25 @@ class Session:
         self,
         function: str,
         state: int,
+        *,
         replacements: dict[str, str],
+        samples: dict[str, list[Any]],
         calls: list[Any],
         seconds: float,
     ) -> None:
-        """Call a function in one of its states, with right functions in place of some others."""
+        """Call a function in one of its states, with right functions in place of some others.
+
+        A right function answers in the form of the student's, which the student's own shows with
+        the arguments in `samples`.
+        """
         self.space.clear()
         self.space.update(self.states.get((function, state), {}))
-        self.take_back()
+        self.replacements.clear()
+        forms = {name: self.form_of(name, sample, seconds) for name, sample in samples.items()}
         for name, source in replacements.items():
             namespace: dict[str, Any] = {}
             exec(source, namespace)
-            self.lend(name, accept_lists(namespace[name]))
+            self.replacements[name] = Replacement(namespace[name], forms.get(name))
         random.seed(0)
         np.random.seed(0)  # noqa: NPY002
         for arguments in calls:
@@ -235,19 +245,11 @@ class Session:
             if answer.get("status") == "too long":  # the others would take as long
                 break
 
-    def lend(self, name: str, reference: Any) -> None:
-        """Put a right function where the student's stands, in modules as well."""
-        self.space[name] = reference
-        for module in self.modules:
-            if name in vars(module):
-                self.own.append((module, name, vars(module)[name]))
-                vars(module)[name] = reference
-
-    def take_back(self) -> None:
-        """Give modules back what right functions stood in for."""
-        while self.own:
-            module, name, value = self.own.pop()
-            vars(module)[name] = value
+    def form_of(self, function: str, arguments: list[Any], seconds: float) -> Any:
+        """An answer of the student's own function, for its form; None where it has none."""
+        with contextlib.suppress(BaseException), self.within(seconds):
+            return self.space[function](*map(data.from_json, arguments))
+        return None
 
     def call(self, function: str, arguments: list[Any], seconds: float) -> dict[str, Any]:
         """Call it once within the time for a call; its value, or how it ended."""
