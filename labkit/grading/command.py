@@ -17,10 +17,17 @@ from labkit.grading.box.watch import MachineError
 from labkit.grading.classroom.gradebooks import read_canvas, read_moodle, write_scores
 from labkit.grading.classroom.gradescope import write_autograder
 from labkit.grading.classroom.handins import LAYOUTS, Submission, find_submissions
-from labkit.grading.classroom.marks import CLASS, make_marks, read_adjustments, read_roster
-from labkit.grading.classroom.pages import templates, write_pages
+from labkit.grading.classroom.marks import (
+    CLASS,
+    make_group_marks,
+    make_marks,
+    read_adjustments,
+    read_roster,
+)
+from labkit.grading.classroom.pages import student_page, templates, write_pages
 from labkit.grading.classroom.store import VERDICTS, Record, file_name, read_records, write_record
 from labkit.grading.grade import grade_one
+from labkit.grading.judge.verdict import SubmissionVerdict
 from labkit.grading.questions import (
     Assignment,
     cases_beside,
@@ -123,16 +130,20 @@ def grade(args: argparse.Namespace) -> int:
     os.umask(0o077)
     records = read_records(out)
     people = {student: person for book in books.values() for student, person in book.people.items()}
+    names = {student: record.verdict.submission for student, record in records.items()}
+    names |= {submission.student: submission.name for submission in submissions}
+    roster = read_roster(out, names, {id: person.name for id, person in people.items()})
+    adjustments = read_adjustments(out, assignment, names | {**roster.names}, roster)
     late = {student: person.late for student, person in people.items() if person.late is not None}
+    late |= {
+        group: late[student]
+        for student, group in roster.groups.items()
+        if student in late and group in roster.teams
+    }
     submissions = [
         replace(submission, late=late.get(submission.student, submission.late))
         for submission in submissions
     ]
-    names = {student: record.verdict.submission for student, record in records.items()}
-    names |= {submission.student: submission.name for submission in submissions}
-    roster, groups = read_roster(out)
-    roster |= {student: person.name for student, person in people.items()}
-    adjustments = read_adjustments(out, assignment, roster | names)
     paths = [file.path for submission in submissions for file in submission.files]
     closed = (Path(args.assignment, "hidden"), out / VERDICTS, *paths[:1])
     if args.cluster and not args.no_isolation:  # each worker tries its own
@@ -140,9 +151,9 @@ def grade(args: argparse.Namespace) -> int:
     else:
         wall = open_wall(closed, args.seconds, isolation=not args.no_isolation)
     failures = _grade(args, submissions, wall, records)
-    marks = make_marks(records, adjustments, assignment, groups)
+    marks = make_marks(records, adjustments, assignment, roster)
     present = {mark.student for mark in marks} | failures.keys()
-    missing = {student: name for student, name in roster.items() if student not in present}
+    missing = {student: name for student, name in roster.names.items() if student not in present}
     if missing:
         _say(f"{len(missing)} of the roster handed in nothing: {_some(missing.values())}")
     unread = [mark.student for mark in marks if (mark.student, "written") not in adjustments]
@@ -160,7 +171,8 @@ def grade(args: argparse.Namespace) -> int:
                 f"row in {name}: {_some(occupied)}. --overwrite gives them one"
             )
     _write_code(out, records, assignment)
-    _pack_feedback(out, submissions, records, groups)
+    returned = [*marks, *make_group_marks(records, adjustments, roster)]
+    _pack_feedback(out, submissions, returned, assignment)
     count = len(submissions)
     modes = sorted({record.verdict.mode for record in records.values()})
     sys.stdout.write(
@@ -259,20 +271,16 @@ def _write_code(out: Path, records: Mapping[str, Record], assignment: Assignment
 def _pack_feedback(
     out: Path,
     submissions: Iterable[Submission],
-    records: Mapping[str, Record],
-    groups: Mapping[str, str],
+    marks: Iterable[SubmissionVerdict],
+    assignment: Assignment,
 ) -> None:
-    """Pack the pages under the names by which Canvas and Moodle take files back.
-
-    A group's is the page of one of its members.
-    """
-    members = {group: student for student, group in groups.items()}
+    """Pack the pages under the names by which Canvas and Moodle take files back."""
+    by_student = {mark.student: mark for mark in marks}
     with atomic_write(out / "feedback.zip", "wb") as file, zipfile.ZipFile(file, "w") as archive:
         for submission in submissions:
-            if submission.student in records:
-                student = members.get(submission.student, submission.student)
-                page = out / "students" / f"{file_name(student)}.html"
-                archive.write(page, submission.feedback_name or page.name)
+            if mark := by_student.get(submission.student):
+                name = submission.feedback_name or f"{file_name(mark.student)}.html"
+                archive.writestr(name, student_page(mark, assignment))
 
 
 def _some(names: Iterable[str]) -> str:

@@ -17,7 +17,7 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from labkit.grading.box.outside import Wall
 from labkit.grading.classroom.store import Record
@@ -34,32 +34,60 @@ RULES = {"late_percent": 100.0, "written": math.inf}  # and the largest value of
 Adjustments: TypeAlias = Mapping[tuple[str, str], tuple[float, str]]
 
 
+class Roster(NamedTuple):
+    """The students of a class, and whose hand-in holds for whom."""
+
+    names: Mapping[str, str]  # for a person, by student
+    groups: Mapping[str, str] = {}  # by student: who handed in for the student
+
+    @property
+    def teams(self) -> set[str]:
+        """The groups that are no student themselves: their members have the marks."""
+        return {*self.groups.values()} - self.names.keys()
+
+    def members(self, student: str) -> list[str]:
+        """The members of a group; the student alone of any other name."""
+        if student not in self.teams:
+            return [student]
+        return [member for member, group in self.groups.items() if group == student]
+
+
 def make_marks(
     records: Mapping[str, Record],
     adjustments: Adjustments,
     assignment: Assignment,
-    groups: Mapping[str, str] = {},
+    roster: Roster,
 ) -> list[SubmissionVerdict]:
-    """The marks of all who have a verdict or were given points.
+    """The marks of all students who have a verdict or were given points.
 
-    In `groups` stands whose hand-in holds for a student, too: one mark for all members.
+    The members of a group have its verdict under their own names.
     """
-    records = dict(records)
-    for student, group in groups.items():
-        if record := records.get(group):
-            verdict = replace(record.verdict, student=student)
-            records[student] = replace(record, verdict=verdict)
-    for group in set(groups.values()) - groups.keys():
-        records.pop(group, None)
+    verdicts = {student: record.verdict for student, record in records.items()}
+    late = {student: record.late for student, record in records.items()}
+    for student, group in roster.groups.items():
+        if group in records:
+            name = roster.names.get(student, student)
+            verdicts[student] = replace(verdicts[group], student=student, submission=name)
+            late[student] = late[group]
     with_points = {student for student, item in adjustments if item != "late"} - {CLASS}
     marks = []
-    for student in sorted({*records, *with_points}):
-        if record := records.get(student):
-            marks.append(_adjust(record.verdict, record.late, adjustments))
-        else:
+    for student in sorted({*verdicts, *with_points} - roster.teams):
+        if student not in verdicts:
             nothing, _ = grade_submission({}, Wall(mode=""), assignment, student)
-            marks.append(_adjust(nothing, 0.0, adjustments))
+            name = roster.names.get(student, student)
+            verdicts[student] = replace(nothing, submission=name)
+        marks.append(_adjust(verdicts[student], late.get(student, 0.0), adjustments))
     return marks
+
+
+def make_group_marks(
+    records: Mapping[str, Record], adjustments: Adjustments, roster: Roster
+) -> list[SubmissionVerdict]:
+    """The marks of groups as all members may see them: without what one member was given."""
+    return [
+        _adjust(records[team].verdict, records[team].late, adjustments)
+        for team in sorted(roster.teams & records.keys())
+    ]
 
 
 def _adjust(verdict: SubmissionVerdict, days: float, adjustments: Adjustments) -> SubmissionVerdict:
@@ -100,11 +128,13 @@ def _adjust(verdict: SubmissionVerdict, days: float, adjustments: Adjustments) -
     )
 
 
-def read_adjustments(out: Path, assignment: Assignment, names: Mapping[str, str]) -> Adjustments:
+def read_adjustments(
+    out: Path, assignment: Assignment, names: Mapping[str, str], roster: Roster
+) -> Adjustments:
     """Read ``adjustments.csv`` in the folder `out`; an empty one is written where there is none.
 
-    A line may use either a student's id or the name for a person, as `names` has them. A slip is
-    refused, and costs no points.
+    A line may use either a student's id or the name for a person, as `names` has them; that of a
+    group holds for all members. A slip is refused, and costs no points.
     """
     path = out / "adjustments.csv"
     if not path.exists():
@@ -119,30 +149,31 @@ def read_adjustments(out: Path, assignment: Assignment, names: Mapping[str, str]
         possible = RULES if name == CLASS else items
         if item not in possible:
             raise LabkitError(f"{location}: unknown item {item!r}; {_hint(item.lower(), possible)}")
-        student = CLASS if name == CLASS else _student(name, names, location)
+        student = CLASS if name == CLASS else _find(name, names, f"{location}: {{}} students")
         value = number(cell)
         maximum = possible[item]
         if not 0.0 <= value <= maximum or value == math.inf:
             upto = f" from 0 to {maximum:g}" if math.isfinite(maximum) else " from 0"
             way_out = "" if maximum else f"; say what they are worth: {CLASS},written,POINTS,"
             raise LabkitError(f"{location}: {item} must be a number{upto}, got {cell!r}{way_out}")
-        if (student, item) in lines:
-            raise LabkitError(
-                f"{location}: {item} of {name!r} is set before; keep one of the lines"
-            )
-        lines[student, item] = value, row.get("comment", "")
+        for holder in {student, *roster.members(student)}:  # a group's own page tells it, too
+            if (holder, item) in lines:
+                raise LabkitError(
+                    f"{location}: {item} of {holder!r} is set before; keep one of the lines"
+                )
+            lines[holder, item] = value, row.get("comment", "")
         if (student, item) == (CLASS, "written"):
             items[item] = value
     return lines
 
 
-def _student(name: str, names: Mapping[str, str], location: str) -> str:
-    """The student whom a line means."""
+def _find(name: str, names: Mapping[str, str], problem: str) -> str:
+    """The one that a person means by a name, or by the id."""
     matches = [name] if name in names else [id for id, person in names.items() if person == name]
     if len(matches) == 1:
         return matches[0]
     hint = _hint(name, dict.fromkeys([*names, *names.values()]))
-    raise LabkitError(f"{location}: {len(matches) or 'no'} students are called {name!r}; {hint}")
+    raise LabkitError(f"{problem.format(len(matches) or 'no')} are called {name!r}; {hint}")
 
 
 def _hint(name: str, possible: Collection[str]) -> str:
@@ -153,13 +184,35 @@ def _hint(name: str, possible: Collection[str]) -> str:
     return f"there are {listed}"
 
 
-def read_roster(out: Path) -> tuple[dict[str, str], dict[str, str]]:
-    """The students of ``roster.csv``, where there is one: their names for a person, and groups.
+def read_roster(out: Path, handed_in: Mapping[str, str], people: Mapping[str, str]) -> Roster:
+    """Read ``roster.csv``, where there is one, and join it with the `people` of gradebooks.
 
-    A group is the name of the folder, file or student that handed in for all of its members.
+    A group is the name of the folder, file or student in `handed_in` that holds for all of its
+    members. One that fits none of them is refused, unless all hand-ins have their students: then it
+    handed in nothing.
     """
     path = out / "roster.csv"
     _, rows = read_rows(path, ["student"]) if path.exists() else ([], [])
-    listed = [row for _, row in rows if row["student"]]
-    names = {row["student"]: row.get("name") or row["student"] for row in listed}
-    return names, {row["student"]: row["group"] for row in listed if row.get("group")}
+    listed = [(line, row) for line, row in rows if row["student"]]
+    names = {row["student"]: row.get("name") or row["student"] for _, row in listed}
+    names.update(people)
+    known = {*handed_in, *handed_in.values()}
+    cells = {row["student"]: (line, row["group"]) for line, row in listed if row.get("group")}
+    groups = {
+        student: _find(group, handed_in, f"{path}: line {line}: {{}} hand-ins")
+        for student, (line, group) in cells.items()
+        if group in known
+    }
+    strangers = {
+        student: name
+        for student, name in handed_in.items()
+        if student not in names and student not in groups.values()
+    }
+    for student, (line, group) in cells.items():
+        if student not in groups and strangers:
+            hint = _hint(group, strangers)
+            raise LabkitError(
+                f"{path}: line {line}: no hand-in is called {group!r}; {hint}. Leave the cell "
+                f"empty if the group handed in nothing"
+            )
+    return Roster(names, groups)

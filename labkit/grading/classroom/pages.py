@@ -31,29 +31,41 @@ def write_pages(
     """
     (out / "students").mkdir(exist_ok=True)
     for mark in marks:
-        page = out / "students" / f"{file_name(mark.student)}.html"
-        _write("student.html", page, verdict=mark, assignment=assignment)
+        with atomic_write(out / "students" / f"{file_name(mark.student)}.html") as file:
+            file.write(student_page(mark, assignment))
     graded = [mark for mark in marks if mark.is_graded]
     tenths = Counter(min(9, int(10.0 * mark.score / mark.points + 1e-9)) for mark in graded)
     scores = [mark.score for mark in graded] or [0.0]
     questions = [_summary(question, graded, assignment) for question in assignment.questions]
-    _write(
-        "class.html",
-        out / "index.html",
-        assignment=assignment,
-        failures=failures,
-        histogram=[tenths[tenth] for tenth in range(10)],
-        marks=marks,
-        graded=graded,
-        mean=statistics.fmean(scores),
-        median=statistics.median(scores),
-        missing=missing,
-        modes=Counter(mark.mode for mark in marks if mark.mode),
-        file_name=file_name,
-        points=max((mark.points for mark in marks), default=0.0),
-        mistakes=sorted(mistake for summary in questions for mistake in summary["mistakes"])[::-1],
-        questions=questions,
+    page = (
+        templates()
+        .get_template("class.html")
+        .render(
+            assignment=assignment,
+            failures=failures,
+            histogram=[tenths[tenth] for tenth in range(10)],
+            marks=marks,
+            graded=graded,
+            mean=statistics.fmean(scores),
+            median=statistics.median(scores),
+            missing=missing,
+            modes=Counter(mark.mode for mark in marks if mark.mode),
+            file_name=file_name,
+            points=max((mark.points for mark in marks), default=0.0),
+            mistakes=sorted(mistake for summary in questions for mistake in summary["mistakes"])[
+                ::-1
+            ],
+            questions=questions,
+        )
     )
+    with atomic_write(out / "index.html") as file:
+        file.write(page)
+
+
+def student_page(mark: SubmissionVerdict, assignment: Assignment) -> str:
+    """The page of a student, or of a group."""
+    template = templates().get_template("student.html")
+    return str(template.render(verdict=mark, assignment=assignment))
 
 
 def _summary(
@@ -83,12 +95,6 @@ def _summary(
             (count, question.title, sentences.get(id, id)) for id, count in mistakes.items()
         ],
     }
-
-
-def _write(template: str, out: Path, **content: Any) -> None:
-    page = templates().get_template(template).render(content)
-    with atomic_write(out) as file:
-        file.write(page)
 
 
 @functools.cache

@@ -111,6 +111,41 @@ def test_a_group_has_one_mark_for_all_members(grade, tmp_path):
     assert scores() == {"ada": 3.5, "emmy": 3.5, "zoe": 5.0}
 
 
+def test_what_a_group_is_given_holds_for_its_members_and_what_one_is_given_stays_private(
+    grade, tmp_path
+):
+    """Law 5."""
+    write(tmp_path / "class", ["red/a.py", "zoe/a.py"], RIGHT)
+    roster = "student,name,group\nada,Ada,red\nemmy,Emmy,red\n"
+    write(tmp_path, ["grades/roster.csv"], roster)
+    lines = "student,what,value,comment\nred,double,1,for both\nemmy,negate,0,in private\n"
+    write(tmp_path, ["grades/adjustments.csv"], lines)
+
+    assert grade("class") == 0
+
+    assert scores() == {"ada": 4.0, "emmy": 1.0, "zoe": 5.0}
+    with zipfile.ZipFile("grades/feedback.zip") as archive:
+        page = archive.read("red.html").decode()
+    assert "for both" in page
+    assert "in private" not in page
+    assert "<b>Emmy</b>" in Path("grades/students/emmy.html").read_text(encoding="utf-8")
+    decide("ada,double,2,\n")
+    assert grade("class") == 1
+
+
+def test_a_group_is_as_late_as_the_worksheet_says_of_its_members(grade, tmp_path):
+    write(tmp_path / "class", ["red/a.py", "zoe/a.py"], RIGHT)
+    write(tmp_path, ["grades/roster.csv"], "student,name,group\n1,Ada,red\n2,Emmy,red\n")
+    write(tmp_path, ["grades/adjustments.csv"], "student,what,value\n*,late_percent,10\n")
+    status = "Submitted for grading - 2 days late"
+    rows = [f"Participant {number},{status}," for number in (1, 2)]
+    write(tmp_path, ["book.csv"], "\n".join(["Identifier,Status,Grade", *rows]))
+
+    assert grade("class", "--moodle", "book.csv") == 0
+
+    assert scores() == {"1": 4.0, "2": 4.0, "zoe": 5.0}
+
+
 def test_each_member_of_a_group_in_gradescope_has_a_page_of_their_own(grade, tmp_path):
     """Two pages of one name once stood in the archive."""
     people = "".join(f"  - :name: {name}\n    :email: {name}@x.org\n" for name in ("ada", "emmy"))

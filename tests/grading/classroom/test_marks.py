@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from labkit.grading.box.outside import Wall
-from labkit.grading.classroom.marks import make_marks, read_adjustments, read_roster
+from labkit.grading.classroom.marks import Roster, make_marks, read_adjustments, read_roster
 from labkit.grading.classroom.store import (
     VERDICTS,
     Record,
@@ -22,6 +22,7 @@ from labkit.grading.questions import read_assignment
 from labkit.support.errors import LabkitError
 from tests.grading.verdicts import question, submission
 
+ROSTER = Roster({"emmy": "Emmy Noether"})
 NAMES = {"ada": "Ada Lovelace", "emmy": "Emmy Noether", "4711": "twin", "4712": "twin"}
 
 
@@ -35,7 +36,7 @@ def decide(small, tmp_path):
     def read(*lines):
         text = "\n".join(["student,what,value,comment", *lines])
         (tmp_path / "adjustments.csv").write_text(text, encoding="utf-8")
-        return read_adjustments(tmp_path, read_assignment(small), NAMES)
+        return read_adjustments(tmp_path, read_assignment(small), NAMES, ROSTER)
 
     return read
 
@@ -44,7 +45,7 @@ def decide(small, tmp_path):
 def marks(small):
     def make(adjustments, *records):
         named = {one.verdict.student: one for one in records}
-        return make_marks(named, adjustments, read_assignment(small))
+        return make_marks(named, adjustments, read_assignment(small), ROSTER)
 
     return make
 
@@ -104,11 +105,11 @@ def test_rules_of_the_class_hold_wherever_they_stand(decide):
 
 def test_an_empty_table_is_made_and_what_excel_makes_of_it_is_read(small, tmp_path):
     path, assignment = tmp_path / "adjustments.csv", read_assignment(small)
-    assert not read_adjustments(tmp_path, assignment, {})
+    assert not read_adjustments(tmp_path, assignment, {}, ROSTER)
     assert path.read_text() == "student,what,value,comment\n"
-    assert read_roster(tmp_path) == ({}, {})
+    assert read_roster(tmp_path, NAMES, {}) == ({}, {})
     path.write_text("\ufeffstudent;what;value;comment\nada;double;0,5;\n;;;\n", encoding="utf-8")
-    assert read_adjustments(tmp_path, assignment, NAMES)["ada", "double"] == (0.5, "")
+    assert read_adjustments(tmp_path, assignment, NAMES, ROSTER)["ada", "double"] == (0.5, "")
 
 
 def test_records_come_back_as_they_were_for_their_owner_alone(tmp_path):
@@ -165,4 +166,40 @@ def test_another_wall_limit_or_file_is_another_verdict(small):
 def test_points_for_one_who_handed_in_nothing_are_kept(decide, marks):
     given = decide("emmy,double,1.5,by word of mouth", "4711,late,1,", "*,late_percent,10,")
     found = marks(given, record("ada"))
-    assert [(mark.student, mark.score) for mark in found] == [("ada", 5.0), ("emmy", 1.5)]
+    assert [(mark.submission, mark.score) for mark in found] == [
+        ("ada", 5.0),
+        ("Emmy Noether", 1.5),
+    ]
+
+
+def test_who_hands_in_for_others_keeps_the_mark(small):
+    """A student, not a folder: the roster leaves the own cell empty."""
+    roster = Roster({"ada": "Ada", "emmy": "Emmy"}, {"emmy": "ada"})
+
+    found = make_marks({"ada": record("ada")}, {}, read_assignment(small), roster)
+
+    assert [(mark.student, mark.score) for mark in found] == [("ada", 5.0), ("emmy", 5.0)]
+
+
+@pytest.mark.parametrize(
+    ("handed_in", "message"),
+    [
+        ({"red": "red"}, "line 3: no hand-in is called 'rde'; did you mean 'red'?"),
+        ({"1": "rde", "2": "rde"}, "line 3: 2 hand-ins are called 'rde'"),
+    ],
+)
+def test_a_group_that_fits_no_one_hand_in_is_refused(handed_in, message, tmp_path):
+    text = "student,name,group\nada,Ada,\nemmy,Emmy,rde\n"
+    (tmp_path / "roster.csv").write_text(text, encoding="utf-8")
+
+    with pytest.raises(LabkitError) as error:
+        read_roster(tmp_path, handed_in | {"ada": "ada"}, {})
+
+    assert message in str(error.value)
+
+
+def test_a_group_that_handed_in_nothing_is_not_refused(tmp_path):
+    text = "student,name,group\nada,Ada,\nemmy,Emmy,red\n"
+    (tmp_path / "roster.csv").write_text(text, encoding="utf-8")
+
+    assert read_roster(tmp_path, {"ada": "ada"}, {}).names == {"ada": "Ada", "emmy": "Emmy"}
