@@ -34,38 +34,46 @@ CHANGING = "append|extend|setdefault|update"  # methods that change an object in
 
 def on_other_samples(samples: list[dict[str, str]]) -> Callable[[Callable], Callable]:
     """Try a claim on samples: for each, edits of the chapter's source, by the old text."""
-    numbered = dict(enumerate(samples))
+    chosen = dict(enumerate(samples))
     if os.environ.get("LABKIT_EXAMPLES") != "nightly":
-        today = zlib.crc32(commit()) % len(samples)
-        numbered = {today: samples[today]}
-    return pytest.mark.parametrize("sample", numbered.values(), ids=map(str, numbered))
+        number = zlib.crc32(commit()) % len(samples)
+        chosen = {number: samples[number]}
+    return pytest.mark.parametrize("sample", chosen.values(), ids=map(str, chosen))
 
 
 def commit() -> bytes:
     """The name of the commit that is tried; nothing where there is no repository."""
-    asked = ["git", "-C", str(ROOT), "rev-parse", "HEAD"]
-    return subprocess.run(asked, capture_output=True, check=False).stdout
+    command = ["git", "-C", str(ROOT), "rev-parse", "HEAD"]
+    return subprocess.run(command, capture_output=True, check=False).stdout
 
 
-def run_cells(chapter: str, sample: dict[str, str], *asked: str) -> dict[str, object]:
-    """The names that the asked cells of a chapter set, run with the edits of a sample.
+def run_cells(chapter: str, sample: dict[str, str], *cells: str) -> dict[str, object]:
+    """Run cells of a chapter with the edits of a sample, and return all variables by name.
 
     Before them run the cells that set what they need. Each edit has to apply.
     """
-    cells = code_of(chapter)
-    for old, new in sample.items():
-        holding = [name for name, source in cells.items() if old in source]
-        assert holding, f"no cell of chapter {chapter} holds {old!r}"
-        cells |= {name: cells[name].replace(old, new) for name in holding}
-    names: dict[str, object] = {}
+    sources = edit_cells(chapter, sample)
+    variables: dict[str, object] = {}
     with (
         patch.object(labkit, "read_log", read_once),
         patch.object(odometry, "estimate_odometry", run_once),
     ):
-        for name in needed(cells, set(asked)):
-            exec(compile(cells[name], f"chapter {chapter}, cell {name}", "exec"), names)
+        for cell in cells_needed(sources, set(cells)):
+            code = compile(sources[cell], f"chapter {chapter}, cell {cell}", "exec")
+            exec(code, variables)
     plt.close("all")
-    return names
+    return variables
+
+
+def edit_cells(chapter: str, sample: dict[str, str]) -> dict[str, str]:
+    """The code of a chapter's cells with the edits of a sample; raises where one does not apply."""
+    sources = code_of(chapter)
+    for passage, replacement in sample.items():
+        edited = [cell for cell, source in sources.items() if passage in source]
+        assert edited, f"no cell of chapter {chapter} holds {passage!r}"
+        for cell in edited:
+            sources[cell] = sources[cell].replace(passage, replacement)
+    return sources
 
 
 @cache
@@ -82,19 +90,19 @@ def read_once(name: str) -> Log:
     return killian() if name == "killian" else read_log(name)
 
 
-RUNS: dict[bytes, OdometryResult] = {}  # over all of Killian's scans, by what they were given
+RUNS: dict[bytes, OdometryResult] = {}  # over all of Killian's scans, by the other arguments
 
 
-def run_once(scans: Any, *given: Any, **options: Any) -> OdometryResult:
+def run_once(scans: Any, *prior: Any, **options: Any) -> OdometryResult:
     """The odometry over some scans; over all of Killian's it runs once with the same arguments."""
     if scans is not killian().scans:
-        return estimate_odometry(scans, *given, **options)
-    heard = {name: value for name, value in options.items() if name != "progress"}
-    arguments = pickle.dumps((given, sorted(heard.items())))
-    if arguments not in RUNS:
-        RUNS[arguments] = estimate_odometry(scans, *given, **options)
-        RUNS[arguments].poses.setflags(write=False)
-    return RUNS[arguments]
+        return estimate_odometry(scans, *prior, **options)
+    silent = {name: value for name, value in options.items() if name != "progress"}
+    key = pickle.dumps((prior, sorted(silent.items())))
+    if key not in RUNS:
+        RUNS[key] = estimate_odometry(scans, *prior, **options)
+        RUNS[key].poses.setflags(write=False)
+    return RUNS[key]
 
 
 @cache
@@ -113,27 +121,34 @@ def code_of(chapter: str) -> dict[str, str]:
     return cells
 
 
-def needed(cells: dict[str, str], asked: set[str]) -> list[str]:
-    """The asked cells, and before them those that set or change what they read, in order."""
-    assert asked <= set(cells), asked - set(cells)
-    wanted: set[str] = set()
-    kept = []
-    for name in reversed(cells):
-        reads, sets, changes = flow(cells[name])
-        if name in asked or (sets | changes) & wanted:
-            kept.append(name)
-            wanted = wanted - sets | reads | changes
-    return kept[::-1]
+def cells_needed(sources: dict[str, str], cells: set[str]) -> list[str]:
+    """These cells, and before them those that set or change what they read, in order."""
+    assert cells <= set(sources), cells - set(sources)
+    unset: set[str] = set()  # variables that the cells chosen so far read
+    chosen = []
+    for cell in reversed(sources):
+        reads, sets, changes = variables_of(sources[cell])
+        if cell in cells or (sets | changes) & unset:
+            chosen.append(cell)
+            unset = unset - sets | reads | changes
+    return chosen[::-1]
 
 
-def flow(source: str) -> tuple[set[str], set[str], set[str]]:
-    """The names that a cell reads, those that it sets, and those that it changes in place."""
-    tables = [symtable.symtable(source, "cell", "exec")]
-    symbols = tables[0].get_symbols()
-    sets = {each.get_name() for each in symbols if each.is_assigned() or each.is_imported()}
-    for table in tables:
-        tables += table.get_children()
-    used = [each for table in tables for each in table.get_symbols() if each.is_referenced()]
-    reads = {each.get_name() for each in used if each.is_global()} - sets
+def variables_of(source: str) -> tuple[set[str], set[str], set[str]]:
+    """The variables that a cell reads, those that it sets, and those that it changes in place."""
+    scopes = [symtable.symtable(source, "cell", "exec")]
+    sets = {
+        symbol.get_name()
+        for symbol in scopes[0].get_symbols()
+        if symbol.is_assigned() or symbol.is_imported()
+    }
+    for scope in scopes:
+        scopes += scope.get_children()  # of its functions, and so on
+    reads = {
+        symbol.get_name()
+        for scope in scopes
+        for symbol in scope.get_symbols()
+        if symbol.is_referenced() and symbol.is_global()
+    }
     changes = set(re.findall(rf"(?m)^ *(\w+)(?:\[.*?\] \|?= |\.(?:{CHANGING})\()", source))
-    return reads, sets, changes
+    return reads - sets, sets, changes

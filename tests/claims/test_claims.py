@@ -15,9 +15,9 @@ PLACES = ("-1.5, 0.8, 1.3", "1.2, 1.0, -0.6", "-0.5, -1.2, 2.5", "2.0, -0.5, 0.0
 FIRSTS = (600, 1200, 1900, 2600, 3200)
 
 
-def edits(old: str, *new: object) -> list[dict[str, str]]:
-    """Samples that differ in one place of the chapter."""
-    return [{old: str(each)} for each in new]
+def edits(passage: str, *replacements: str) -> list[dict[str, str]]:
+    """Samples that differ in one passage of the chapter."""
+    return [{passage: replacement} for replacement in replacements]
 
 
 # Chapter 1
@@ -27,8 +27,11 @@ def edits(old: str, *new: object) -> list[dict[str, str]]:
 def test_after_five_iterations_most_of_the_shift_is_missing(sample):
     """Pairs between which the robot turned by 8° or more, and drove half a metre."""
     run = run_cells("01", sample, "load-killian")["run"]
-    end = run.T_target_source[:2, 2]
-    missing = [np.hypot(*(each.T_target_source[:2, 2] - end)) for each in run.history]
+    shift = run.T_target_source[:2, 2]
+
+    shifts = np.array([iteration.T_target_source[:2, 2] for iteration in run.history])
+
+    missing = np.linalg.norm(shifts - shift, axis=1)
     assert missing[5] > 0.65 * missing[0]
     assert missing[len(missing) // 2] < 0.2 * missing[0]
 
@@ -38,8 +41,10 @@ def test_after_five_iterations_most_of_the_shift_is_missing(sample):
 )
 def test_four_neighbours_in_five_are_wrong_and_the_shift_comes_before_the_turn(sample):
     names = run_cells("01", sample, "count-wrong-pairs", "wrong-plot")
-    tenth = names["history"][10].T_target_source
-    x, y, turn = names["labkit"].to_xytheta(names["relative"](names["T_true"], tenth))
+
+    T_tenth = names["history"][10].T_target_source
+    x, y, turn = names["labkit"].to_xytheta(names["relative"](names["T_true"], T_tenth))
+
     assert 0.45 < names["unaligned"] / len(names["newer"]) <= 1.0
     assert np.hypot(x, y) / 0.364 < abs(np.degrees(turn)) / 6
 
@@ -65,14 +70,16 @@ NOISE = edits("default_rng(0).normal", "default_rng(7).normal")
 @on_other_samples(PAIRS + NOISE)
 def test_from_afar_three_remedies_lose_most_and_near_they_equal_the_overlap(sample):
     names = run_cells("03", sample, "three-table")
-    lost, near, first = names["lost"], names["near"], names["first"]
     single = ("gate", "overlap", "Huber")
+
+    lost = names["lost"]
     assert lost["all three"] >= max(lost[name] for name in single)
     assert lost["Huber"] <= min(lost.values())
-    assert first["all three"] < 0.67 * min(first[name] for name in single)
-    ends = {name: np.median(each) for name, each in near.items()}
-    assert abs(ends["all three"] - ends["overlap"]) < 0.003
-    assert ends["gate"] > ends["all three"]
+    first_step = names["first"]
+    assert first_step["all three"] < 0.67 * min(first_step[name] for name in single)
+    median = {name: np.median(errors) for name, errors in names["near"].items()}
+    assert abs(median["all three"] - median["overlap"]) < 0.003
+    assert median["gate"] > median["all three"]
     plain = names["errors_of"]({})
     assert 0.05 < np.mean(plain > names["driven"]) < 0.35
     assert np.median(plain) < 0.2
@@ -105,22 +112,25 @@ def test_with_a_tolerance_of_a_millimetre_some_run_stops_centimetres_too_early(s
 @on_other_samples(edits('"Two rooms"', '"Room"', '"Killian Court 101: a room"'))
 def test_in_one_room_a_wide_gate_finds_more_and_both_gates_end_alike(sample):
     names = run_cells("04", sample, "basin-table")
-    found = {gate: np.mean(errors < 0.10) for gate, errors in names["basin"].items()}
-    assert found[1.0] > 2 * found[0.25]
+    share_home = {gate: np.mean(errors < 0.10) for gate, errors in names["basin"].items()}
+    assert share_home[1.0] > 2 * share_home[0.25]
     assert abs(names["typical"][1.0] - names["typical"][0.25]) < 1.0  # mm
 
 
 # Chapter 5
 
 
-LONG = (f"FIRST, COUNT = {first}, 1000" for first in (0, 1000, 2000, 2800))
+LONG = edits(
+    "FIRST, COUNT = 0, 200",
+    *(f"FIRST, COUNT = {scan}, 1000" for scan in (0, 1000, 2000, 2800)),
+)
 OTHER_RUNGS = {
     "drive_by(lambda *given: gated_icp(*given, gate=np.inf))": "rungs['1 wheels']",
     "drive_by(patient_icp)": "rungs['1 wheels']",
 }
 
 
-@on_other_samples([each | OTHER_RUNGS for each in edits("FIRST, COUNT = 0, 200", *LONG)])
+@on_other_samples([sample | OTHER_RUNGS for sample in LONG])
 def test_the_gate_lowers_the_drift_on_every_stretch_and_the_other_rungs_on_most(sample):
     names = run_cells("05", sample, "ladder-drive-2", "ladder-drive-3", "ladder-drive-5")
     truth = names["drive"].truth
@@ -134,12 +144,16 @@ def test_the_gate_lowers_the_drift_on_every_stretch_and_the_other_rungs_on_most(
     assert np.mean(lines < huber) > 0.5
 
 
-@on_other_samples(edits("FIRST, COUNT = 0", *(f"FIRST, COUNT = {first}" for first in FIRSTS)))
+@on_other_samples(edits("FIRST, COUNT = 0", *(f"FIRST, COUNT = {scan}" for scan in FIRSTS)))
 def test_with_lines_most_steps_are_the_same_whichever_wheels_guess(sample):
-    wheels = ({"noise, rng=0)": f"noise, rng={seed})"} for seed in (1, 2))
-    runs = (run_cells("05", sample | other, "ladder-drive-5") for other in wheels)
-    first, second = (increments_between(names["rungs"]["5 lines"])[:, 2] for names in runs)
-    assert np.mean(np.degrees(abs(first - second)) < 0.02) > 0.75
+    turns = []
+    for wheels in edits("noise, rng=0)", "noise, rng=1)", "noise, rng=2)"):
+        names = run_cells("05", sample | wheels, "ladder-drive-5")
+        turns.append(increments_between(names["rungs"]["5 lines"])[:, 2])
+
+    difference = np.degrees(abs(turns[0] - turns[1]))
+
+    assert np.mean(difference < 0.02) > 0.75
 
 
 @on_other_samples(
@@ -173,10 +187,14 @@ def test_more_of_the_distance_between_neighbours_lies_along_the_wall_than_across
 def test_lines_need_fewer_steps_and_have_the_heading_first(sample):
     names = run_cells("06", sample, "race-run")
     points, lines = (names["runs"][metric] for metric in names["metrics"])
-    off = names["relative"](names["T_true"], lines.history[3].T_target_source)
+
+    T_error = names["relative"](names["T_true"], lines.history[3].T_target_source)
+    turn = names["labkit"].to_xytheta(T_error)[2]
+
     assert 2 * lines.iterations < points.iterations or not lines.converged
-    assert abs(np.degrees(names["labkit"].to_xytheta(off)[2])) < 0.2
-    assert names["paths"]["point_to_line"][-1] < names["paths"]["point_to_point"][-1] < 0.02
+    assert abs(np.degrees(turn)) < 0.2
+    errors = names["paths"]
+    assert errors["point_to_line"][-1] < errors["point_to_point"][-1] < 0.02
 
 
 @on_other_samples(
@@ -196,9 +214,8 @@ def test_in_the_room_lines_halve_the_error_along_and_of_the_heading(sample):
 
 @on_other_samples(edits("T_step, 4, lidar", *(f"T_step, {seed}, lidar" for seed in SEEDS)))
 def test_more_iterations_help_a_narrow_gate_a_little_and_a_wide_one_a_lot(sample):
-    shares = {
-        key: home.mean() for key, home in run_cells("07", sample, "basin-claims")["homes"].items()
-    }
+    names = run_cells("07", sample, "basin-claims")
+    shares = {settings: home.mean() for settings, home in names["homes"].items()}
     assert 0.05 < shares[0.5, 300] - shares[0.5, 60] < 0.2
     assert shares[2.0, 300] - shares[2.0, 60] > 0.5
 
@@ -223,26 +240,28 @@ def test_the_answer_jumps_to_the_van_above_the_share_that_stands_still(sample):
 @on_other_samples(edits("T_step, 0, T_w_hall", *(f"T_step, {seed}, T_w_hall" for seed in SEEDS)))
 def test_among_doorways_the_robot_seems_to_drive_backwards(sample):
     names = run_cells("07", sample, "doors-run")
-    slipped, right = names["slipped"], names["right"]
+    slipped = names["slipped"]
     assert slipped.converged
     assert abs(slipped.T_target_source[0, 2] + 0.6) < 0.02
-    assert slipped.inlier_rmse < 1.15 * right.inlier_rmse
+    assert slipped.inlier_rmse < 1.15 * names["right"].inlier_rmse
 
 
 @on_other_samples(edits("in range(10)]", "in range(100, 110)]", "in range(200, 210)]"))
 def test_where_less_is_shared_than_kept_a_match_fails_and_an_overlap_that_fits_is_best(sample):
     names = run_cells("07", sample, "turn-sweep")
-    at = names["turns"].index
-    assert names["fixed"][at(40)] < 0.1 < names["fixed"][at(60)]
-    assert (names["adapted"][at(60) :] < names["gated"][at(60) :]).all()
-    assert (names["gated"][at(60) :] < 0.3 * names["fixed"][at(60) :]).all()
+    turns, fixed, gated = names["turns"], names["fixed"], names["gated"]
+    large = slice(turns.index(60), None)  # [°]
+    assert fixed[turns.index(40)] < 0.1 < fixed[turns.index(60)]
+    assert (names["adapted"][large] < gated[large]).all()
+    assert (gated[large] < 0.3 * fixed[large]).all()
 
 
 @on_other_samples(edits("T_step, 4, lidar", *(f"T_step, {seed}, lidar" for seed in SEEDS)))
 def test_of_starts_with_many_headings_the_cheapest_end_is_the_right_one(sample):
     names = run_cells("07", sample, "restart-run")
+    costs, home = names["costs"], names["at_home"]
     assert names["comes_home"](names["best"])
-    assert names["costs"][names["at_home"]].max() < 0.1 * names["costs"][~names["at_home"]].min()
+    assert costs[home].max() < 0.1 * costs[~home].min()
 
 
 # Chapter 8
@@ -251,7 +270,7 @@ DRIVE = 'log = labkit.read_log("killian")\nreference = log.reference'
 REST = """
 log = labkit.logs.Log(scans=log.scans[{0}:], name="", format="")
 reference = reference[{0}:]"""
-LATER = edits(DRIVE, *(DRIVE + REST.format(first) for first in (1000, 2000)))
+LATER = edits(DRIVE, *(DRIVE + REST.format(scan) for scan in (1000, 2000)))
 WHEELS = edits(
     "reference, noise, rng=0)[:COUNT]",
     *(f"reference, noise, rng={seed})[:COUNT]" for seed in (1, 2, 3)),
