@@ -73,17 +73,19 @@ PARTS = re.compile(
 
 def commands(page: str) -> list[str]:
     """The commands of a page: lines of its consoles, and what its text quotes."""
-    found = []
-    text = re.sub(r"(?<!`)``[^`].*?``(?!`)", "", (ROOT / page).read_text("utf-8"))
-    prose, *fenced = FENCE.split(text)  # then for each fence its language, its lines, and prose
-    for words, language, lines in zip(
-        [prose, *fenced[2::3]], [*fenced[::3], ""], [*fenced[1::3], ""], strict=True
-    ):
-        found += filter(COMMAND.match, (" ".join(each.split()) for each in SPAN.findall(words)))
+    markdown = re.sub(r"(?<!`)``[^`].*?``(?!`)", "", (ROOT / page).read_text("utf-8"))
+    prose, *fenced = FENCE.split(markdown)  # then for each fence its language, its lines, and prose
+    passages = [prose, *fenced[2::3]]
+    languages = [*fenced[::3], ""]
+    consoles = [*fenced[1::3], ""]
+    lines = []
+    for passage, language, console in zip(passages, languages, consoles, strict=True):
+        quoted = (" ".join(span.split()) for span in SPAN.findall(passage))
+        lines += filter(COMMAND.match, quoted)
         if language in {"bash", "console"}:
-            found += lines.replace("\\\n", "").splitlines()
-    plain = (re.sub(r"(^|\s+)#.*", "", " ".join(line.split())) for line in found)
-    return [line for line in dict.fromkeys(plain) if line]
+            lines += console.replace("\\\n", "").splitlines()
+    without_comments = (re.sub(r"(^|\s+)#.*", "", " ".join(line.split())) for line in lines)
+    return [line for line in dict.fromkeys(without_comments) if line]
 
 
 def prepare(folder: Path) -> None:
@@ -98,7 +100,8 @@ def prepare(folder: Path) -> None:
         "utf-8",
     )
     shutil.copy(ROOT / "notebooks/report_template.ipynb", folder / "my_report.ipynb")
-    sweep = 3.0 / np.maximum(abs(np.cos(angles := np.radians(np.arange(-90, 90)))), 0.5)
+    angles = np.radians(np.arange(-90, 90))
+    sweep = 3.0 / np.maximum(abs(np.cos(angles)), 0.5)
     sweeps = [sweep - 0.05 * k * np.cos(angles) for k in range(5)]
     np.savetxt(folder / "sweeps.csv", sweeps, delimiter=",")
     beams = " ".join(f"{r:.3f}" for r in sweep)
@@ -108,9 +111,9 @@ def prepare(folder: Path) -> None:
 
 def python_of(page: str) -> str:
     """The program that a page shows."""
-    found = re.search(r"(?ms)^```python\n(.*?)^```", (ROOT / page).read_text("utf-8"))
-    assert found is not None
-    return found[1]
+    program = re.search(r"(?ms)^```python\n(.*?)^```", (ROOT / page).read_text("utf-8"))
+    assert program is not None
+    return program[1]
 
 
 def main() -> None:

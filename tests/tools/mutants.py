@@ -45,11 +45,12 @@ OTHER = {
 }  # fmt: skip
 MOST_SECONDS = 1800  # of processor time, for the tests that one fault is held to
 SKIPPED = (ast.Import, ast.ImportFrom, ast.Raise, ast.JoinedStr)
-REAL = {  # constants that are no whole numbers
-    found
-    for name in TRACKED
-    if re.match(r"(labkit|book/_ext)/.*\.py$", name)
-    for found in re.findall(r"(?m)^([A-Z]\w+) = .*\d(?:\.\d|e-)", (ROOT / name).read_text("utf-8"))
+REAL_CONSTANT = re.compile(r"(?m)^([A-Z]\w+) = .*\d(?:\.\d|e-)")  # no whole number
+REAL_CONSTANTS = {
+    constant
+    for file in TRACKED
+    if re.match(r"(labkit|book/_ext)/.*\.py$", file)
+    for constant in REAL_CONSTANT.findall((ROOT / file).read_text("utf-8"))
 }
 # Where private functions make examples up, and others would do as well.
 EXAMPLES = re.compile(r"labkit/course/(exercises|authoring/questions)/(?!checking|entries)\w+\.py")
@@ -66,7 +67,8 @@ def changes(node: ast.AST, made_up: bool = False) -> Iterator[Change]:
             if not isinstance(child, ast.AST) or isinstance(child, SKIPPED):
                 continue
             if not made_up and not is_same(node, child):
-                yield from ((node, name, k, new) for new in instead_of(child))
+                for replacement in replacements(child):
+                    yield node, name, k, replacement
             is_public = isinstance(child, ast.FunctionDef) and child.name[0] != "_"
             is_answer = is_public or isinstance(child, ast.Lambda)
             draws = isinstance(child, ast.Call) and ast.unparse(child.func).startswith("rng.")
@@ -76,12 +78,12 @@ def changes(node: ast.AST, made_up: bool = False) -> Iterator[Change]:
 def is_same(node: ast.AST, child: ast.AST) -> bool:
     """True for "<" beside "<=" where a constant is no whole number, and nothing is right on it."""
     if isinstance(node, ast.Compare) and isinstance(child, ast.Lt | ast.LtE | ast.Gt | ast.GtE):
-        return any(getattr(part, "id", "") in REAL for part in ast.walk(node))
+        return any(getattr(part, "id", "") in REAL_CONSTANTS for part in ast.walk(node))
     return False
 
 
-def instead_of(node: ast.AST) -> Iterator[ast.AST]:
-    """Another operator or number, no sign, or nothing where a statement stood."""
+def replacements(node: ast.AST) -> Iterator[ast.AST]:
+    """Another operator or number, no sign, or nothing in place of a statement."""
     if type(node) in OTHER:
         yield OTHER[type(node)]()
     if isinstance(node, ast.Constant) and isinstance(node.value, bool):
@@ -95,31 +97,35 @@ def instead_of(node: ast.AST) -> Iterator[ast.AST]:
         yield ast.Pass()
 
 
-def changed(text: str, number: int, made_up: bool) -> tuple[str, str]:
-    """The source with one of its changes, and the line in question, before and after."""
-    tree = ast.parse(text)
-    before = ast.unparse(tree).splitlines()
-    parent, name, k, new = list(changes(tree, made_up))[number]
-    if isinstance(children := getattr(parent, name), list):
-        children[k] = new
+def change(source: str, number: int, made_up: bool) -> tuple[str, str]:
+    """Make one of the changes of a source: the new source, and the line before and after."""
+    tree = ast.parse(source)
+    lines_before = ast.unparse(tree).splitlines()
+    parent, field, k, replacement = list(changes(tree, made_up))[number]
+    children = getattr(parent, field)
+    if isinstance(children, list):
+        children[k] = replacement
     else:
-        setattr(parent, name, new)
-    after = ast.unparse(tree).splitlines()
-    lines = next(each for each in zip(before, after, strict=False) if each[0] != each[1])
-    return "\n".join(after) + "\n", "  ->  ".join(line.strip() for line in lines)
+        setattr(parent, field, replacement)
+    lines_after = ast.unparse(tree).splitlines()
+    pairs = zip(lines_before, lines_after, strict=False)
+    line_before, line_after = next(pair for pair in pairs if pair[0] != pair[1])
+    return "\n".join(lines_after) + "\n", f"{line_before.strip()}  ->  {line_after.strip()}"
 
 
 def tests_of(file: str, part: str) -> list[str]:
-    """The file's examples and own tests first, then those that import it, then its part's."""
+    """The file's examples and own tests, then the tests that import it, then its part's."""
     path = Path(file)
-    names = re.compile(rf"(?m)^(?:from|import) .*\b{path.stem}\b")
-    depth = 2 if path.parts[1] == "grading" else 3
-    folder = "tests/" + "/".join(path.parts[1:depth] if part == "course" else path.parts[:0])
-    tests = [each for each in TRACKED if re.fullmatch(PARTS[part][1], each)]
-    own = [each for each in tests if each.endswith(f"/test_{path.name}")]
-    own += [each for each in tests if names.search((ROOT / each).read_text("utf-8"))]
-    own += [each for each in tests if each.startswith(folder)]
-    return [file, *dict.fromkeys(own)]
+    tests = [test for test in TRACKED if re.fullmatch(PARTS[part][1], test)]
+    own = [test for test in tests if test.endswith(f"/test_{path.name}")]
+    import_line = re.compile(rf"(?m)^(?:from|import) .*\b{path.stem}\b")
+    importing = [test for test in tests if import_line.search((ROOT / test).read_text("utf-8"))]
+    folder = "tests/"
+    if part == "course":
+        depth = 2 if path.parts[1] == "grading" else 3
+        folder += "/".join(path.parts[1:depth])
+    beside = [test for test in tests if test.startswith(folder)]
+    return [file, *dict.fromkeys(own + importing + beside)]
 
 
 def limit_processor_time() -> None:
@@ -127,9 +133,9 @@ def limit_processor_time() -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS))
 
 
-def red(lab: Path, tests: list[str], *options: str) -> str:
-    """The first test that falls, or "" where none does."""
-    told = {
+def first_failure(lab: Path, tests: list[str], *options: str) -> str:
+    """Run tests in a copy of the lab; the first that fails, or "" where none does."""
+    environment = {
         "PYTHONPATH": str(lab),
         "LABKIT_CACHE": str(lab / "cache"),
         "LABKIT_EXAMPLES": "quick",
@@ -147,50 +153,66 @@ def red(lab: Path, tests: list[str], *options: str) -> str:
         *tests,
     ]
     done = subprocess.run(
-        command, cwd=lab, env=os.environ | told, capture_output=True, text=True, check=False,
+        command, cwd=lab, env=os.environ | environment, capture_output=True, text=True, check=False,
         preexec_fn=limit_processor_time,
     )  # fmt: skip
     if done.returncode < 0:
         return "no end"
-    found = re.findall(r"(?m)^(?:FAILED|ERROR) (.*)", done.stdout)
-    return (found or ["no start" if done.returncode else ""])[0]
+    failures = re.findall(r"(?m)^(?:FAILED|ERROR) (.*)", done.stdout)
+    if failures:
+        return str(failures[0])
+    return "no start" if done.returncode else ""
+
+
+def copy_lab(lab: Path) -> None:
+    """Copy the files that git tracks."""
+    for file in filter(None, TRACKED):
+        (lab / file).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / file, lab / file)
+
+
+def try_change(lab: Path, file: str, part: str, source: str) -> str:
+    """The first test that fails with another source of a file, or "" where none does."""
+    original = (ROOT / file).read_text("utf-8")
+    tests = tests_of(file, part)
+    options = ("-k", PARTS[part][2])
+    (lab / file).write_text(source, "utf-8")
+    failure = first_failure(lab, tests, *options)
+    if failure.startswith("tests/"):  # and once more, lest it failed by chance
+        failure = first_failure(lab, tests, *options, "--last-failed")
+    (lab / file).write_text(original, "utf-8")
+    if failure not in ("", "no end") and first_failure(lab, tests, *options, "--last-failed"):
+        sys.exit(f"fails without a change: {failure}")
+    return failure
 
 
 def main() -> None:
-    """Draw places, try each, and tell."""
+    """Draw places, change each in turn, and say what noticed it."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--part", choices=PARTS, default="core")
     parser.add_argument("files", nargs="*", metavar="FILE")
     args = parser.parse_args()
-    files = args.files or [each for each in TRACKED if re.fullmatch(PARTS[args.part][0], each)]
-    sources = {name: (ROOT / name).read_text("utf-8") for name in files}
-    made_up = {name: bool(EXAMPLES.fullmatch(name)) for name in files}
-    counts = {
-        name: sum(1 for _ in changes(ast.parse(text), made_up[name]))
-        for name, text in sources.items()
-    }
-    places = [(name, number) for name, count in counts.items() for number in range(count)]
-    drawn, noticed = random.Random(args.seed).sample(places, min(args.count, len(places))), 0
+    files = args.files or [file for file in TRACKED if re.fullmatch(PARTS[args.part][0], file)]
+    sources = {file: (ROOT / file).read_text("utf-8") for file in files}
+    made_up = {file: bool(EXAMPLES.fullmatch(file)) for file in files}
+    places = [
+        (file, number)
+        for file, source in sources.items()
+        for number, _ in enumerate(changes(ast.parse(source), made_up[file]))
+    ]
+    sample = random.Random(args.seed).sample(places, min(args.count, len(places)))
+    noticed = 0
     with tempfile.TemporaryDirectory() as folder:
-        lab = Path(folder)
-        for name in filter(None, TRACKED):
-            (lab / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(ROOT / name, lab / name)
-        for name, number in drawn:
-            text, line = changed(sources[name], number, made_up[name])
-            tests, chosen = tests_of(name, args.part), ("-k", PARTS[args.part][2])
-            (lab / name).write_text(text, "utf-8")
-            by = red(lab, tests, *chosen)
-            if by.startswith("tests/"):  # and once more, lest it fell by chance
-                by = red(lab, tests, *chosen, "--last-failed")
-            (lab / name).write_text(sources[name], "utf-8")
-            if by not in ("", "no end") and red(lab, tests, *chosen, "--last-failed"):
-                sys.exit(f"red without a change: {by}")
-            noticed += bool(by)
-            print(f"{'noticed ' if by else 'SURVIVED'} {name}: {line}  ({by[:100]})", flush=True)
-    print(f"{args.part}: {noticed} of {len(drawn)} noticed; there are {len(places)} places")
+        copy_lab(Path(folder))
+        for file, number in sample:
+            source, line = change(sources[file], number, made_up[file])
+            failure = try_change(Path(folder), file, args.part, source)
+            noticed += bool(failure)
+            outcome = "noticed " if failure else "SURVIVED"
+            print(f"{outcome} {file}: {line}  ({failure[:100]})", flush=True)
+    print(f"{args.part}: {noticed} of {len(sample)} noticed; there are {len(places)} places")
 
 
 if __name__ == "__main__":
