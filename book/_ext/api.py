@@ -12,7 +12,7 @@ PAGE = "book/api"
 
 
 def clean(  # noqa: PLR0917 (as autodoc calls it)
-    app: Sphinx, kind: str, name: str, thing: object, options: object, lines: list[str]
+    app: Sphinx, kind: str, name: str, value: object, options: object, lines: list[str]
 ) -> None:
     """Drop the text of modules, for which the page has words; keep |Δψ|, [1] and (A) as such."""
     if kind == "module":
@@ -26,10 +26,10 @@ def clean(  # noqa: PLR0917 (as autodoc calls it)
 
 
 def hide_signature(  # noqa: PLR0917 (as autodoc calls it)
-    app: Sphinx, kind: str, name: str, thing: object, options: object, told: str, returned: str
+    app: Sphinx, kind: str, name: str, value: object, options: object, arguments: str, result: str
 ) -> tuple[str, str] | None:
     """Show an enumeration without the arguments by which Python makes one."""
-    return ("", "") if isinstance(thing, EnumType) else None
+    return ("", "") if isinstance(value, EnumType) else None
 
 
 def link_names(app: Sphinx, doctree: nodes.document, page: str) -> None:
@@ -42,11 +42,11 @@ def link_names(app: Sphinx, doctree: nodes.document, page: str) -> None:
         if entry.docname == PAGE and entry.objtype in ("function", "class", "exception")
         for short in (full, full.rpartition(".")[2])
     }
-    for word in list(doctree.findall(nodes.literal)):
-        name = word.astext().removesuffix("()")
-        if name in api and isinstance(word.parent, nodes.paragraph):
+    for literal in list(doctree.findall(nodes.literal)):
+        name = literal.astext().removesuffix("()")
+        if name in api and isinstance(literal.parent, nodes.paragraph):
             full, entry = api.pop(name)
             address = f"{app.builder.get_relative_uri(page, PAGE)}#{entry.node_id}"
             link = nodes.reference("", "", internal=True, refuri=address, reftitle=full)
-            word.parent.replace(word, link)
-            link += word
+            literal.parent.replace(literal, link)
+            link += literal

@@ -35,13 +35,13 @@ def write_excerpts(app: Sphinx, error: Exception | None) -> None:
     An entry has the page, its title, the parts of an `Entry`, and the names of Greek letters.
     """
     if error is None and app.builder.name == "html":
-        told = []
+        rows = []
         for page in sorted(app.env.found_docs):
             tree = app.env.get_doctree(page)
             title = app.env.titles[page].astext() if page in app.env.titles else page
-            told += [[page, title, *entry, greek(" ".join(entry))] for entry in entries(tree)]
-        packed = json.dumps(told, ensure_ascii=False, separators=(",", ":"))
-        Path(app.outdir, FILE).write_text(f"window.labbookExcerpts = {packed};\n", "utf-8")
+            rows += [[page, title, *entry, greek(" ".join(entry))] for entry in entries(tree)]
+        table = json.dumps(rows, ensure_ascii=False, separators=(",", ":"))
+        Path(app.outdir, FILE).write_text(f"window.labbookExcerpts = {table};\n", "utf-8")
         shutil.copy(str(LUNR), Path(app.outdir, "_static"))
 
 
@@ -58,13 +58,13 @@ def entries(tree: nodes.Element) -> Iterator[Entry]:
         if isinstance(node, nodes.row):
             yield _section_of(node)["ids"][-1], "message", node[0].astext(), node[1].astext()
             continue
-        target = next((each for each in node.findall(nodes.term)), node)
+        target = next(iter(node.findall(nodes.term)), node)
         ids = target["ids"] or node["ids"] or [""]
-        name = _text(node[0]).strip() if len(node) else ""
+        title = _text(node[0]).strip() if len(node) else ""
         if isinstance(node, nodes.Admonition):
-            name = name.removeprefix("Exercise").strip() or "Exercise"
-        words = " ".join(" ".join(map(_text, node.children[1:])).split())
-        yield ids[-1], _kind_of(node), name, re.sub(r" (?=[.,;)])", "", words)
+            title = title.removeprefix("Exercise").strip() or "Exercise"
+        passage = " ".join(" ".join(map(_text, node.children[1:])).split())
+        yield ids[-1], _kind_of(node), title, re.sub(r" (?=[.,;)])", "", passage)
 
 
 def _is_entry(node: nodes.Node) -> bool:
@@ -116,21 +116,22 @@ def symbols(tex: str) -> str:
     >>> symbols(r"\delta = 0.2"), symbols(r"d_{\max}"), symbols(r"\frac{a}{b}")
     ('δ = 0.2', 'd_max', '…')
     """
-    letters = re.sub(r"\\([a-z]+)", lambda name: _greek(name[1]), tex)
-    plain = re.sub(r"[{}]|\\,", "", letters)
-    return "…" if "\\" in plain else plain
+    formula = re.sub(r"\\([a-z]+)", lambda name: _greek(name[1]), tex)
+    formula = re.sub(r"[{}]|\\,", "", formula)
+    return "…" if "\\" in formula else formula
 
 
-def greek(text: str) -> str:
-    """Names of the Greek letters in a text, by which a keyboard without them asks.
+def greek(passage: str) -> str:
+    """Names of the Greek letters in a passage, by which a keyboard without them asks.
 
     Examples
     --------
     >>> greek("Huber's δ and ρ, δ = 0.1")
     'delta rho'
     """
-    letters = sorted(set(re.findall("[α-ω]", text)))
-    return " ".join(unicodedata.name(each).rpartition(" ")[2].lower() for each in letters)
+    letters = sorted(set(re.findall("[α-ω]", passage)))
+    names = [unicodedata.name(letter) for letter in letters]  # GREEK SMALL LETTER DELTA
+    return " ".join(name.rpartition(" ")[2].lower() for name in names)
 
 
 def _greek(name: str) -> str:

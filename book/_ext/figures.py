@@ -18,39 +18,42 @@ LIVE = "killian-map"  # above this picture stands the map that `map.js` draws: i
 
 def make_figures(app: Sphinx, doctree: nodes.document) -> None:
     """Turn every picture with words under it into a figure with a caption."""
-    for number, (picture, words) in enumerate(list(_captioned(doctree)), start=1):
+    pairs = list(_pictures_with_paragraphs(doctree))
+    for number, (picture, paragraph) in enumerate(pairs, start=1):
         figure = nodes.figure("", ids=[f"figure-{number}"])
         picture.replace_self(figure)
-        italic = words[0]
-        words.remove(italic)
+        italic = paragraph[0]
+        paragraph.remove(italic)
         figure += [picture, nodes.caption("", "", *italic.children)]
-        if not words.astext().strip():
-            words.parent.remove(words)
+        if not paragraph.astext().strip():
+            paragraph.parent.remove(paragraph)
         if any(LIVE in image["uri"] for image in picture.findall(nodes.image)):
             room = nodes.raw("", '<div class="map-live"></div>', format="html")
             figure.parent.insert(figure.parent.index(figure), room)
 
 
-def _captioned(doctree: nodes.document) -> Iterator[tuple[nodes.Element, nodes.paragraph]]:
+def _pictures_with_paragraphs(
+    doctree: nodes.document,
+) -> Iterator[tuple[nodes.Element, nodes.paragraph]]:
     """Pictures and the paragraphs under them that begin in italics."""
-    for words in doctree.findall(nodes.paragraph):
-        if words.children and isinstance(words[0], nodes.emphasis):
-            above = words.parent.index(words) - 1
-            picture = _picture(words.parent[above]) if above >= 0 else None
+    for paragraph in doctree.findall(nodes.paragraph):
+        if paragraph.children and isinstance(paragraph[0], nodes.emphasis):
+            above = paragraph.parent.index(paragraph) - 1
+            picture = _picture(paragraph.parent[above]) if above >= 0 else None
             if picture is not None:
-                yield picture, words
+                yield picture, paragraph
 
 
 def _picture(node: nodes.Node) -> nodes.Element | None:
     """The last picture that a cell draws, or that a paragraph consists of."""
     if isinstance(node, nodes.paragraph) and len(node) == 1 and isinstance(node[0], nodes.image):
         return node
-    drawn = None
+    picture = None
     if isinstance(node, nodes.container) and node.get("nb_element") == "cell_code":
         for output in node.findall(nodes.container):
             if output.get("nb_element") == "mime_bundle" and any(map(_is_image, output)):
-                drawn = output
-    return drawn
+                picture = output
+    return picture
 
 
 def _is_image(output: nodes.Node) -> bool:

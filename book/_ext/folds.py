@@ -44,15 +44,16 @@ def tidy_cells(app: Sphinx, doctree: nodes.document) -> None:
 
 def _join(cells: list[nodes.container], into: nodes.container) -> None:
     """Put the code of all cells into the last one."""
-    code = [next(iter(each[0].findall(nodes.literal_block))) for each in cells]
-    _write(code[-1], BLANK.join(each.astext() for each in code))
-    for each in cells[:-1]:
-        each.parent.remove(each)
+    code = [next(iter(cell[0].findall(nodes.literal_block))) for cell in cells]
+    _write(code[-1], BLANK.join(block.astext() for block in code))
+    for cell in cells[:-1]:
+        cell.parent.remove(cell)
 
 
-def _write(code: nodes.literal_block, text: str) -> None:
-    code.rawsource, code.children = text, []
-    code += nodes.Text(text)
+def _write(code: nodes.literal_block, source: str) -> None:
+    code.rawsource = source
+    code.children = []
+    code += nodes.Text(source)
 
 
 def _silence(cell: nodes.container) -> None:
@@ -65,8 +66,9 @@ def _silence(cell: nodes.container) -> None:
 
 def _gather(cell: nodes.container) -> None:
     """Put a cell of a solution into the dropdown above it, or into one of its own."""
-    parent, at = cell.parent, cell.parent.index(cell)
-    above = parent[at - 1] if at else None
+    parent = cell.parent
+    place = parent.index(cell)
+    above = parent[place - 1] if place else None
     if not (is_dropdown(above) and above[0].astext() in (SOLUTION, IN_CODE)):
         above = create_component(
             "dropdown",
@@ -81,7 +83,7 @@ def _gather(cell: nodes.container) -> None:
             body_classes=[],
         )
         above += nodes.rubric(IN_CODE, IN_CODE)
-        parent.insert(at, above)
+        parent.insert(place, above)
     parent.remove(cell)
     del cell["hide_mode"]
     above += cell

@@ -52,23 +52,22 @@ class Pen:
         parts = ((MATHJAX / f"{name}.js").read_text("utf-8") for name in PARTS)
         for code in (SETTINGS, *parts, DRIVER):
             self._engine.eval(f"{code};\n0")
-        self._drawn: dict[tuple[str, bool], str] = {}
+        self._drawings: dict[tuple[str, bool], str] = {}
         self.shapes: dict[str, str] = {}
 
     def draw(self, tex: str, *, display: bool) -> str:
         """The drawing and the MathML of a formula, as HTML."""
         key = tex, display
-        if key not in self._drawn:
-            told = json.loads(
-                str(self._engine.eval(f"draw({json.dumps(key[0])}, {json.dumps(display)})"))
-            )
-            if "error" in told:
-                raise FormulaError(told["error"])
-            self.shapes |= told["shapes"]
-            svg = re.sub(r"></(use|path|rect|line)>", "/>", told["svg"])
-            mathml = re.sub(r' (xmlns|data-mjx-\w+)="[^"]*"', "", told["mathml"])
-            self._drawn[key] = f'{svg}<span class="read-aloud">{mathml}</span>'
-        return self._drawn[key]
+        if key not in self._drawings:
+            call = f"draw({json.dumps(tex)}, {json.dumps(display)})"
+            drawing = json.loads(str(self._engine.eval(call)))
+            if "error" in drawing:
+                raise FormulaError(drawing["error"])
+            self.shapes |= drawing["shapes"]
+            svg = re.sub(r"></(use|path|rect|line)>", "/>", drawing["svg"])
+            mathml = re.sub(r' (xmlns|data-mjx-\w+)="[^"]*"', "", drawing["mathml"])
+            self._drawings[key] = f'{svg}<span class="read-aloud">{mathml}</span>'
+        return self._drawings[key]
 
 
 @cache
@@ -82,34 +81,34 @@ def draw_formulas(
 ) -> None:
     """Put drawings in the place of the formulas' sources."""
     if body := context.get("body"):
-        context["body"] = drawn(body, page, pen())
+        context["body"] = draw_all(body, page, pen())
 
 
-def drawn(body: str, page: str, with_pen: Pen) -> str:
+def draw_all(body: str, page: str, with_pen: Pen) -> str:
     """The body of a page with its formulas drawn; one that cannot be is a warning."""
 
-    def formula(start: str, source: str, *, display: bool) -> str:
+    def draw(start: str, source: str, *, display: bool) -> str:
         tex = html.unescape(source).strip()
-        number = "".join(f'<span class="eqno">({each})</span>' for each in TAG.findall(tex))
+        number = "".join(f'<span class="eqno">({tag})</span>' for tag in TAG.findall(tex))
         try:
             drawing = number + with_pen.draw(TAG.sub("", tex), display=display)
         except FormulaError as error:
             log.warning("%s in the formula %s", error, tex, location=page)
             drawing = source
-        told = html.escape(" ".join(tex.split()))
-        return start.replace(">", f' data-tex="{told}">', 1) + drawing
+        tex_in_html = html.escape(" ".join(tex.split()))
+        return start.replace(">", f' data-tex="{tex_in_html}">', 1) + drawing
 
-    def in_line(found: re.Match[str]) -> str:
-        before, start, source, after = found.groups()
-        drawn = f"{before}{formula(start, source, display=False)}</span>{after}"
-        return f'<span class="unbroken">{drawn}</span>' if before or after else drawn
+    def draw_in_line(match: re.Match[str]) -> str:
+        brackets, start, source, marks = match.groups()
+        drawing = f"{brackets}{draw(start, source, display=False)}</span>{marks}"
+        return f'<span class="unbroken">{drawing}</span>' if brackets or marks else drawing
 
-    def in_block(found: re.Match[str]) -> str:
-        return f"{formula(*found.groups(), display=True)}</div>"
+    def draw_block(match: re.Match[str]) -> str:
+        return f"{draw(*match.groups(), display=True)}</div>"
 
     count = len(FORMULA.findall(body))
-    body, inline = INLINE.subn(in_line, body)
-    body, blocks = BLOCK.subn(in_block, body)
+    body, inline = INLINE.subn(draw_in_line, body)
+    body, blocks = BLOCK.subn(draw_block, body)
     if inline + blocks != count:
         raise AssertionError(f"{page}: {count} formulas, {inline + blocks} found")
     used = sorted(set(USED.findall(body)))

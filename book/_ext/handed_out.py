@@ -95,7 +95,7 @@ def tracked_files(root: Path) -> frozenset[str] | None:
         return None
     command = ["git", "-C", str(root), "ls-files", "-z", "--", *HANDED_OUT]
     try:
-        told = subprocess.run(command, capture_output=True, check=True, encoding="utf-8")
+        listing = subprocess.run(command, capture_output=True, check=True, encoding="utf-8")
     except FileNotFoundError:
         raise EditionError(
             f"{root} is a git checkout, and git is not installed: install it, since students get "
@@ -103,7 +103,7 @@ def tracked_files(root: Path) -> frozenset[str] | None:
         ) from None
     except subprocess.CalledProcessError as error:
         raise EditionError(f"git does not list the files of {root}:\n{error.stderr}") from None
-    names = frozenset(filter(None, told.stdout.split("\0")))
+    names = frozenset(filter(None, listing.stdout.split("\0")))
     return names if "pyproject.toml" in names else None  # a copy inside of another repository
 
 

@@ -39,7 +39,7 @@ EVERY, RANGE_MAX = 6, 15.0  # every so many-th scan, every other beam, so far as
 TURN = 0.58  # lays the building along the picture's width [rad]
 LAST = "good"  # what the last cell that is run sets
 SIGMA = np.array([0.05, 0.05, 0.01])  # of an edge [m, m, rad]
-TOLD_STEPS = 36  # that the reader can try: all beams, in cm
+STEPS = 36  # that the reader can try: all beams, in cm
 LIED = {
     1732: "ICP says that the robot stood still. Did it?",
     2222: "the robot turned by 131° between two sweeps, and ICP lost it. Turn the scan back.",
@@ -53,13 +53,13 @@ def provide(*_: object) -> None:
     code = cells()
     package = Path(labkit.__file__).parent
     files = [Path(__file__), *sorted(package.glob("*.py")), *sorted(package.glob("odometry/*.py"))]
-    core = [path.read_text("utf-8") for path in files]
-    mark = hashlib.sha256("\n".join([*code, *core]).encode()).hexdigest()
+    sources = [path.read_text("utf-8") for path in files]
+    mark = hashlib.sha256("\n".join([*code, *sources]).encode()).hexdigest()
     if DATA.exists() and mark in DATA.read_text("utf-8")[:100]:
         return
     DATA.parent.mkdir(parents=True, exist_ok=True)
-    told = json.dumps(packed(chapter(code)), ensure_ascii=False)
-    DATA.write_text(f"// {mark}\nwindow.killianMap?.({told});\n", "utf-8")
+    data = json.dumps(map_data(run_chapter(code)), ensure_ascii=False)
+    DATA.write_text(f"// {mark}\nwindow.killianMap?.({data});\n", "utf-8")
 
 
 def cells() -> list[str]:
@@ -73,28 +73,29 @@ def cells() -> list[str]:
     raise LookupError(f"no cell of {CHAPTER.name} sets '{LAST}', from which the map is drawn")
 
 
-def chapter(code: list[str]) -> dict[str, Any]:
-    """What these cells set, by name, and the poses that close the map."""
-    names: dict[str, Any] = {}
+def run_chapter(code: list[str]) -> dict[str, Any]:
+    """The variables that these cells set, by name, and the poses that close the map."""
+    variables: dict[str, Any] = {}
     for cell in code:
-        exec(cell, names)
-    good, poses = names["good"], names["run"].poses
+        exec(cell, variables)
+    good = variables["good"]
+    poses = variables["run"].poses
     chain = np.column_stack([np.arange(len(poses) - 1), np.arange(1, len(poses))])
-    ends = np.concatenate([chain, names["pairs_told"][good]])
-    measured = np.concatenate([names["steps"], names["found"][good, :3]])
-    return names | {"closed": solve_graph(poses, ends, measured, SIGMA)}
+    edges = np.concatenate([chain, variables["pairs_told"][good]])
+    measured = np.concatenate([variables["steps"], variables["found"][good, :3]])
+    return variables | {"closed": solve_graph(poses, edges, measured, SIGMA)}
 
 
-def packed(names: dict[str, Any]) -> dict[str, Any]:
+def map_data(variables: dict[str, Any]) -> dict[str, Any]:
     """Ranges of every 6th scan as bytes, and three sets of poses with their errors."""
-    log = names["log"]
+    log = variables["log"]
     poses = {
-        "What the wheels say": integrate(names["prior"], log.reference[0]),
-        "What scan matching finds": names["run"].poses,
-        "…and once places are recognised": names["closed"],
+        "What the wheels say": integrate(variables["prior"], log.reference[0]),
+        "What scan matching finds": variables["run"].poses,
+        "…and once places are recognised": variables["closed"],
     }
-    seen = np.stack([scan.ranges for scan in log.scans])
-    near = np.where(seen < RANGE_MAX, seen, 0.0)[::EVERY, ::2]
+    ranges = np.stack([scan.ranges for scan in log.scans])
+    thinned = np.where(ranges < RANGE_MAX, ranges, 0.0)[::EVERY, ::2]
     states = [
         {
             "name": name,
@@ -104,27 +105,29 @@ def packed(names: dict[str, Any]) -> dict[str, Any]:
         for name, rows in poses.items()
     ]
     return {
-        "beams": near.shape[1],
+        "beams": thinned.shape[1],
         "reach": RANGE_MAX,
-        "ranges": _base64(np.ceil(near * 255 / RANGE_MAX).astype(np.uint8)),
+        "ranges": _base64(np.ceil(thinned * 255 / RANGE_MAX).astype(np.uint8)),
         "states": states,
         "every": EVERY,
         "turn": TURN,
-        "total": len(seen) - 1,
-        "steps": steps(seen, increments_between(log.reference)),
+        "total": len(ranges) - 1,
+        "steps": steps(ranges, increments_between(log.reference)),
     }
 
 
-def steps(seen: FloatArray, motions: FloatArray) -> dict[str, Any]:
+def steps(ranges: FloatArray, motions: FloatArray) -> dict[str, Any]:
     """Steps to try by hand: some along the way where the robot moved, and those that lied."""
-    moved = np.hypot(*motions[:, :2].T)
-    blocks = np.array_split(np.arange(len(moved)), TOLD_STEPS)
-    scans = np.unique([*(block[moved[block].argmax()] + 1 for block in blocks), *LIED])
-    pairs = seen[scans[:, None] - [1, 0]]
+    distances = np.hypot(*motions[:, :2].T)
+    blocks = np.array_split(np.arange(len(distances)), STEPS)
+    longest = [block[distances[block].argmax()] for block in blocks]
+    scans = np.unique([*(step + 1 for step in longest), *LIED])
+    pairs = ranges[scans[:, None] - [1, 0]]
+    in_cm = np.rint(100.0 * np.where(np.isfinite(pairs), pairs, 0.0))
     return {
         "scans": scans.tolist(),
         "lied": LIED,
-        "ranges": _base64(np.rint(100.0 * np.where(np.isfinite(pairs), pairs, 0.0)).astype("<u2")),
+        "ranges": _base64(in_cm.astype("<u2")),
         "motions": motions[scans - 1].round(4).tolist(),
     }
 
@@ -133,10 +136,11 @@ def _base64(array: Any) -> str:
     return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
 
 
-def draw(names: dict[str, Any]) -> None:
+def draw(variables: dict[str, Any]) -> None:
     """Draw both maps; the closed one is for paper, README and readers without JavaScript, too."""
-    log, turned = names["log"], labkit.transform(0.0, 0.0, TURN)
-    poses = labkit.to_xytheta(turned @ labkit.from_xytheta(names["closed"]))
+    log = variables["log"]
+    T_page_map = labkit.transform(0.0, 0.0, TURN)
+    poses = labkit.to_xytheta(T_page_map @ labkit.from_xytheta(variables["closed"]))
     figure = book_figure(3.9)
     ax = figure.subplots()
     x, y = map_points(poses, log.scans, range_max=RANGE_MAX).T
@@ -151,14 +155,14 @@ def draw(names: dict[str, Any]) -> None:
     left, bottom = ax.get_xlim()[0], ax.get_ylim()[0]
     ax.plot([left, left + 50.0], [bottom, bottom], color=TARGET, linewidth=2.0)
     ax.text(left + 25.0, bottom + 2.0, "50 m", ha="center", va="bottom")
-    drawn = io.BytesIO()
-    figure.savefig(drawn, format="png", dpi=200)
-    Image.open(drawn).convert("RGB").quantize(64).convert("RGB").save(PICTURE, lossless=True)
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=200)
+    Image.open(picture).convert("RGB").quantize(64).convert("RGB").save(PICTURE, lossless=True)
     figure = book_figure(5.0)
-    plot_trajectory(figure.subplots(), names["run"].poses, log.scans, log.reference)
+    plot_trajectory(figure.subplots(), variables["run"].poses, log.scans, log.reference)
     figure.savefig(DRIFT, dpi=200)
     Image.open(DRIFT).convert("RGB").quantize(64).save(DRIFT, optimize=True)
 
 
 if __name__ == "__main__":
-    draw(chapter(cells()))
+    draw(run_chapter(cells()))

@@ -62,14 +62,19 @@ def describe(
 ) -> None:
     """Tell what a page is about to those who list or share it: its title and first paragraph."""
     if doctree is not None:
-        first = next(iter(doctree.findall(nodes.paragraph)), None)
-        words = {"og:title": app.env.titles[page].astext(), "og:type": "article"}
-        words["og:description"] = " ".join(first.astext().split())[:200] if first else ""
+        paragraph = next(iter(doctree.findall(nodes.paragraph)), None)
+        description = " ".join(paragraph.astext().split())[:200] if paragraph else ""
+        properties = {
+            "og:title": app.env.titles[page].astext(),
+            "og:type": "article",
+            "og:description": description,
+        }
         if app.config.html_baseurl:
-            words["og:image"] = f"{app.config.html_baseurl.rstrip('/')}/_static/{PICTURE.name}"
-        told = [("name", "description", words["og:description"])]
-        told += [("property", name, text) for name, text in words.items()]
-        tags = [f'<meta {kind}="{name}" content="{escape(text)}" />' for kind, name, text in told]
+            site = app.config.html_baseurl.rstrip("/")
+            properties["og:image"] = f"{site}/_static/{PICTURE.name}"
+        tags = [f'<meta name="description" content="{escape(description)}" />']
+        for name, content in properties.items():
+            tags.append(f'<meta property="{name}" content="{escape(content)}" />')
         context["metatags"] = "\n".join([context.get("metatags") or "", *tags])
 
 

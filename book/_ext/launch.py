@@ -36,10 +36,10 @@ def repository(config: Path) -> tuple[str, str]:
 def add_install_cell(notebook: NotebookNode, url: str, branch: str) -> None:
     """Put the cell before the first cell of code; readers of the book do not see it."""
     source = _CELL.format(extras=EXTRAS, url=url, branch=branch).rstrip()
-    cell = new_code_cell(source, id=CELL_ID, metadata={"tags": ["remove-cell"]})
-    kinds = [each.cell_type for each in notebook.cells]
+    install = new_code_cell(source, id=CELL_ID, metadata={"tags": ["remove-cell"]})
+    kinds = [cell.cell_type for cell in notebook.cells]
     if "code" in kinds:
-        notebook.cells.insert(kinds.index("code"), cell)
+        notebook.cells.insert(kinds.index("code"), install)
 
 
 def settle_buttons(app: Sphinx, config: Config) -> None:

@@ -33,48 +33,50 @@ def only_secret(secret: Iterable[str], public: Iterable[str]) -> frozenset[str]:
     >>> sorted(runs)[0]
     'is q minus r p and nothing'
     """
-    hidden = list(secret)
-    runs = {run for text in hidden for run in _runs(_words(text), WINDOW)}
-    runs |= {run for text in hidden for line in text.split("\n") for run in _short(line)}
-    told = (run for run in runs if _LETTER.search(run))
-    return frozenset(told).difference(*map(_all_runs, public))
+    runs: set[str] = set()
+    for solution in secret:
+        runs.update(_runs(_split(solution), WINDOW))
+        for line in solution.split("\n"):
+            runs.update(_short_line(line))
+    with_letters = (run for run in runs if _LETTER.search(run))
+    return frozenset(with_letters).difference(*map(_all_runs, public))
 
 
 def find_leaks(folder: Path, runs: frozenset[str]) -> list[str]:
     """The first trace in each file of text below a folder: its name, and the words."""
     leaks = []
-    for file in sorted(each for each in folder.rglob("*") if each.is_file()):
+    for file in sorted(path for path in folder.rglob("*") if path.is_file()):
         if file.suffix not in _UNREAD:
-            text = file.read_text("utf-8", errors="replace")
-            found = set().union(*(runs.intersection(_all_runs(each)) for each in _readings(text)))
-            if found:
-                leaks.append(f"{file.relative_to(folder)}: {min(found)!r}")
+            readings = _readings(file.read_text("utf-8", errors="replace"))
+            traces = set().union(*(runs.intersection(_all_runs(reading)) for reading in readings))
+            if traces:
+                leaks.append(f"{file.relative_to(folder)}: {min(traces)!r}")
     return leaks
 
 
-def _words(text: str) -> list[str]:
-    return [word.lower() for word in _WORD.findall(text)]
+def _split(passage: str) -> list[str]:
+    return [word.lower() for word in _WORD.findall(passage)]
 
 
-def _runs(words: list[str], size: int) -> Iterator[str]:
-    return map(" ".join, zip(*(words[first:] for first in range(size)), strict=False))
+def _runs(sequence: list[str], size: int) -> Iterator[str]:
+    return map(" ".join, zip(*(sequence[start:] for start in range(size)), strict=False))
 
 
-def _all_runs(text: str) -> Iterator[str]:
-    words = _words(text)
-    return chain.from_iterable(_runs(words, size) for size in range(SHORTEST, WINDOW + 1))
+def _all_runs(passage: str) -> Iterator[str]:
+    sequence = _split(passage)
+    return chain.from_iterable(_runs(sequence, size) for size in range(SHORTEST, WINDOW + 1))
 
 
-def _short(line: str) -> Iterator[str]:
+def _short_line(line: str) -> Iterator[str]:
     """The whole of a line that is too short for a window."""
-    words = _words(line)
-    if SHORTEST <= len(words) < WINDOW:
-        yield " ".join(words)
+    sequence = _split(line)
+    if SHORTEST <= len(sequence) < WINDOW:
+        yield " ".join(sequence)
 
 
-def _readings(text: str) -> Iterator[str]:
-    """A text as it stands, without the escapes of JSON, and either without markup."""
-    for reading in dict.fromkeys((text, _ESCAPES.sub(" ", text))):
+def _readings(source: str) -> Iterator[str]:
+    """A source as it stands, without the escapes of JSON, and either without markup."""
+    for reading in dict.fromkeys((source, _ESCAPES.sub(" ", source))):
         yield reading
         # a formula that is drawn is its source, as its author wrote it
         yield html.unescape(_MARKUP.sub(" ", _DRAWN.sub(r">\1 ", reading)))

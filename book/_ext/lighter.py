@@ -46,21 +46,23 @@ def write_icons(static: Path, html: str) -> None:
     )
     code_of = {name: code for names, code in groups for name in re.findall(r"fa-([\w-]+)", names)}
     sheets = set(static.rglob("*.css")) - set(vendor.rglob("*.css"))
-    texts = [each.read_text("utf-8") for each in [*static.glob("scripts/*.js"), *sheets]]
-    told = "".join([html, *texts])
-    used = sorted(set(re.findall(r"\bfa-([\w-]+)", told)) & code_of.keys())
+    files = [*static.glob("scripts/*.js"), *sheets]
+    sources = "".join([html, *(file.read_text("utf-8") for file in files)])
+    used = sorted(set(re.findall(r"\bfa-([\w-]+)", sources)) & code_of.keys())
     letters = {int(code_of[name], 16) for name in used}
-    letters |= {int(code, 16) for code in re.findall(r"\\(f[0-9a-f]{3})\b", told)}
-    letters |= {ord(sign) for sign in set(told) if "\ue000" <= sign <= "\uf8ff"}
+    letters |= {int(code, 16) for code in re.findall(r"\\(f[0-9a-f]{3})\b", sources)}
+    letters |= {ord(sign) for sign in set(sources) if "\ue000" <= sign <= "\uf8ff"}
     rules = [BASE, *(f'.fa-{name}:before {{ content: "\\{code_of[name]}"; }}' for name in used)]
-    for file, (family, weight) in FONTS.items():
-        font = TTFont(vendor / "webfonts" / f"fa-{file}.ttf")
+    for name, (family, weight) in FONTS.items():
+        font = TTFont(vendor / "webfonts" / f"fa-{name}.ttf")
         subsetter = subset.Subsetter()
         subsetter.populate(unicodes=letters)
         subsetter.subset(font)
         font.flavor = "woff"
-        font.save(packed := io.BytesIO())
-        source = f"url(data:font/woff;base64,{base64.b64encode(packed.getvalue()).decode('ascii')})"
+        file = io.BytesIO()
+        font.save(file)
+        letters_in_page = base64.b64encode(file.getvalue()).decode("ascii")
+        source = f"url(data:font/woff;base64,{letters_in_page})"
         rules.append(
             f'@font-face {{ font-family: "{family}"; font-weight: {weight}; src: {source}; }}'
         )
@@ -72,22 +74,24 @@ def change_pictures(folder: Path, pages: dict[Path, str]) -> None:
     with ThreadPoolExecutor() as pool:
         list(pool.map(_as_webp, folder.glob("*.png")))
     for path, html in pages.items():
-        shown = re.sub(rf"({folder.name}/[\w.-]+)\.png", r"\1.webp", html)
-        path.write_text(STATE.sub(lambda m: m[1] + say_once(m[2]), shown), "utf-8")
+        page = re.sub(rf"({folder.name}/[\w.-]+)\.png", r"\1.webp", html)
+        path.write_text(STATE.sub(lambda match: match[1] + say_once(match[2]), page), "utf-8")
 
 
-def say_once(written: str) -> str:
+def say_once(script: str) -> str:
     """The state of a page's widgets with each text of a module once, by a name (`widgets.js`)."""
-    told = json.loads(written)
-    if "texts" in told:  # of a page that an earlier build wrote
-        return written
-    texts = {}
-    for widget in told["state"].values():
+    page_state = json.loads(script)
+    if "texts" in page_state:  # of a page that an earlier build wrote
+        return script
+    modules = {}
+    for widget in page_state["state"].values():
         for key in {"_esm", "_css"} & widget["state"].keys():
-            text = widget["state"][key]
-            name = hashlib.sha256(text.encode()).hexdigest()[:12]
-            texts[name], widget["state"][key] = text, name
-    return json.dumps(told | {"texts": texts}, separators=(",", ":")).replace("</", "<\\/")
+            module = widget["state"][key]
+            name = hashlib.sha256(module.encode()).hexdigest()[:12]
+            modules[name] = module
+            widget["state"][key] = name
+    page_state["texts"] = modules
+    return json.dumps(page_state, separators=(",", ":")).replace("</", "<\\/")
 
 
 def _as_webp(picture: Path) -> None:

@@ -18,7 +18,7 @@ class UnknownBoxError(ValueError):
     """A directive for which there is no plain form; the message names it."""
 
 
-def plain(text: str, exercises: Iterator[str]) -> str:
+def plain(markdown: str, exercises: Iterator[str]) -> str:
     r"""Markdown for a cell; an exercise takes the next of the numbers.
 
     Examples
@@ -36,32 +36,32 @@ def plain(text: str, exercises: Iterator[str]) -> str:
     <BLANKLINE>
     </details>
     """
-    return "\n".join(_plain_lines(text.split("\n"), exercises))
+    return "\n".join(_plain_lines(markdown.split("\n"), exercises))
 
 
 def _plain_lines(lines: list[str], exercises: Iterator[str]) -> list[str]:
-    written: list[str] = []
-    rest = iter(lines)
-    for line in rest:
+    plain_lines: list[str] = []
+    remaining = iter(lines)
+    for line in remaining:
         fence = FENCE.fullmatch(line)
         label = LABEL.fullmatch(line)
         if fence:
             indent, colons, name, title = fence.groups()
-            body = _until(rest, indent + colons)
-            box = _box(name, title, [each.removeprefix(indent) for each in body], exercises)
-            written += [indent + each if each else "" for each in box]
+            body = _take_until(indent + colons, remaining)
+            box = _box(name, title, [row.removeprefix(indent) for row in body], exercises)
+            plain_lines += [indent + row if row else "" for row in box]
         else:
-            written.append(_anchor(label[1]) if label else line)
-    return written
+            plain_lines.append(_anchor(label[1]) if label else line)
+    return plain_lines
 
 
-def _until(lines: Iterator[str], end: str) -> list[str]:
+def _take_until(fence: str, lines: Iterator[str]) -> list[str]:
     body = []
     for line in lines:
-        if line == end:
+        if line == fence:
             return body
         body.append(line)
-    raise UnknownBoxError(f"a box that {end!r} has to close stays open")
+    raise UnknownBoxError(f"a box that {fence!r} has to close stays open")
 
 
 def _box(name: str, title: str, body: list[str], exercises: Iterator[str]) -> list[str]:
@@ -75,8 +75,9 @@ def _box(name: str, title: str, body: list[str], exercises: Iterator[str]) -> li
     if name == "admonition":
         return [f"> {line}".rstrip() for line in (f"**{title}**", "", *inside)]
     if name == "exercise":
-        head = f"**Exercise {next(exercises)}. {title}**"
-        return [*map(_anchor, filter(None, [options.get("label")])), head, "", *inside]
+        anchors = [_anchor(options["label"])] if options.get("label") else []
+        heading = f"**Exercise {next(exercises)}. {title}**"
+        return [*anchors, heading, "", *inside]
     raise UnknownBoxError(f"a box {name!r} has no form in plain Markdown")
 
 

@@ -67,22 +67,22 @@ def mark(box: nodes.admonition) -> None:
     PredictionError
         For a box without its dropdown, or a dropdown without a usable answer.
     """
-    dropdowns = [each for each in box.children if is_dropdown(each)]
+    dropdowns = [child for child in box.children if is_dropdown(child)]
     if len(dropdowns) != 1:
         raise PredictionError(f"a prediction needs one dropdown, got {len(dropdowns)}")
     bold = next(iter(dropdowns[0].findall(nodes.strong)), None)
     answer = bold.astext().strip() if bold else ""
-    lists = [each for each in box.children if isinstance(each, nodes.enumerated_list)]
+    lists = [child for child in box.children if isinstance(child, nodes.enumerated_list)]
     if lists:
         count = len(lists[0].children)
-        right = answer.rstrip(".")
-        if not (right.isdecimal() and 1 <= int(right) <= count):
+        choice = answer.rstrip(".")
+        if not (choice.isdecimal() and 1 <= int(choice) <= count):
             raise PredictionError(
                 f"the dropdown of a prediction with {count} choices must begin with the number "
                 f"of the right one in bold, like **1.**, got {answer!r}"
             )
         lists[0]["classes"].append("predict-choices")
-        box["classes"].append(f"predict-answer-{right}")
+        box["classes"].append(f"predict-answer-{choice}")
     elif place := PLACE.fullmatch(answer):
         if max(map(int, place.groups())) > 100:
             raise PredictionError(
@@ -97,7 +97,7 @@ def mark(box: nodes.admonition) -> None:
 
 def mark_all(app: Sphinx, doctree: nodes.document) -> None:
     """Mark every prediction of a page, and leave room for the switch below its title."""
-    boxes = [each for each in doctree.findall(nodes.admonition) if CLASS in each["classes"]]
+    boxes = [box for box in doctree.findall(nodes.admonition) if CLASS in box["classes"]]
     for box in boxes:
         try:
             mark(box)

@@ -61,9 +61,9 @@ def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, lis
         if TAG in cell.metadata.get("tags", []):
             taken.append(cell.source)
         elif cell.cell_type == "code":
-            cell.source, found = _strip_code(cell.source, place)
-            taken += found
-            if found:
+            cell.source, regions = _strip_code(cell.source, place)
+            taken += regions
+            if regions:
                 _unfold(cell)
                 # its checks fail until they are answered, so the book does not run it
                 notebook.metadata.setdefault("mystnb", {})["execution_mode"] = "off"
@@ -83,23 +83,27 @@ def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, lis
     return notebook, taken
 
 
-def refuse_untagged(text: str, name: str) -> None:
+def refuse_untagged(markdown: str, name: str) -> None:
     """Raise where a page, or a cell without the tag, holds a solution."""
-    if found := _UNTAGGED.search(text):
+    if directive := _UNTAGGED.search(markdown):
         raise SolutionMarkError(
-            f"{name}: {found[0].strip()!r} needs a cell of a notebook, with the tag `{TAG}`"
+            f"{name}: {directive[0].strip()!r} needs a cell of a notebook, with the tag `{TAG}`"
         )
 
 
 def _strip_code(source: str, place: str) -> tuple[str, list[str]]:
     """Put a stub for each marked region, and take out nbgrader's hidden tests."""
     source = _HIDDEN.sub("", source).rstrip("\n")
-    taken = [text for _, text in _REGION.findall(source)]
-    left = _REGION.sub(lambda found: "\n".join(found[1] + each for each in CODE_STUB), source)
-    for text in (left, *taken):
-        if alone := re.search(f"{BEGIN}|{END}", text):
-            raise SolutionMarkError(f"{place}: {alone[0]!r} stands without its partner")
-    return left, taken
+    taken = [solution for _, solution in _REGION.findall(source)]
+
+    def stub(region: re.Match[str]) -> str:
+        return "\n".join(region[1] + line for line in CODE_STUB)
+
+    stripped = _REGION.sub(stub, source)
+    for part in (stripped, *taken):
+        if mark := re.search(f"{BEGIN}|{END}", part):
+            raise SolutionMarkError(f"{place}: {mark[0]!r} stands without its partner")
+    return stripped, taken
 
 
 def _unfold(cell: NotebookNode) -> None:

@@ -12,15 +12,15 @@ ALT = "The widget as it stands at first."
 def keep_stills(app: Sphinx, doctree: nodes.document) -> None:
     """Put the picture of each widget below it; the style sheet says when it is shown."""
     for bundle in list(doctree.findall(_is_widget)):
-        for drawn in [each for each in bundle if each["mime_type"].startswith("image/")]:
-            bundle.remove(drawn)
-            for image in drawn.findall(nodes.image):
+        for picture in [part for part in bundle if part["mime_type"].startswith("image/")]:
+            bundle.remove(picture)
+            for image in picture.findall(nodes.image):
                 image["alt"] = ALT
-            still = nodes.container("", *drawn.children, classes=["still"])
+            still = nodes.container("", *picture.children, classes=["still"])
             bundle.parent.insert(bundle.parent.index(bundle) + 1, still)
 
 
 def _is_widget(node: nodes.Node) -> bool:
     if not isinstance(node, nodes.container) or node.get("nb_element") != "mime_bundle":
         return False
-    return any(each["mime_type"] == WIDGET for each in node)
+    return any(part["mime_type"] == WIDGET for part in node)

@@ -58,7 +58,7 @@ def write_source(root: Path, to: Path) -> tuple[int, frozenset[str]]:
     url, branch = launch.repository(root / "_config.yml")
     secret: list[str] = []
     public: list[str] = [README]
-    words = for_lab.words_of(root)
+    lookup = for_lab.read_lookup(root)
     for path in choose_files(root)[0]:
         name = path.relative_to(root).as_posix()
         target = to / name
@@ -67,13 +67,13 @@ def write_source(root: Path, to: Path) -> tuple[int, frozenset[str]]:
             notebook = nbformat.read(path, as_version=4)
             original = "\n".join(cell.source for cell in notebook.cells)
             notebook, taken = strip_notebook(notebook, name)
-            for_lab.resolve(notebook, path, words)
+            for_lab.resolve(notebook, path, lookup)
             if url:
                 launch.add_install_cell(notebook, url, branch)
             nbformat.write(notebook, target)
             secret += taken
-            for text in taken:
-                original = original.replace(text, "\n")
+            for solution in taken:
+                original = original.replace(solution, "\n")
         else:
             shutil.copy(path, target)
             original = path.read_text("utf-8", errors="replace")
@@ -95,10 +95,10 @@ def without_commands(makefile: str) -> str:
     return makefile
 
 
-def without_staff_pages(text: str) -> str:
+def without_staff_pages(source: str) -> str:
     """The table of contents or a page without the pages that students do not get."""
-    text = re.sub(rf"(?m)^ *- file: book/(?:{STAFF_PAGES})\n", "", text)
-    return re.sub(rf"\[([^\]]+)\]\((?:[./]*book/)?(?:{STAFF_PAGES})(?:\.md)?\)", r"\1", text)
+    source = re.sub(rf"(?m)^ *- file: book/(?:{STAFF_PAGES})\n", "", source)
+    return re.sub(rf"\[([^\]]+)\]\((?:[./]*book/)?(?:{STAFF_PAGES})(?:\.md)?\)", r"\1", source)
 
 
 EDITED = {
@@ -118,9 +118,10 @@ def build_book(source: Path, scratch: Path, vendor: Path) -> Path:
     command = [str(jupyter_book), "build", str(work), "--all", "-W", "-n", "--keep-going"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        said = [line for line in (done.stdout + done.stderr).split("\n") if "WARNING:" in line]
-        shown = "\n".join(said[:20]) or (done.stdout + done.stderr)[-3000:]
-        raise EditionError(f"the students' book does not build:\n{shown}")
+        output = done.stdout + done.stderr
+        warnings = [line for line in output.split("\n") if "WARNING:" in line]
+        reason = "\n".join(warnings[:20]) or output[-3000:]
+        raise EditionError(f"the students' book does not build:\n{reason}")
     return work / "_build" / "html"
 
 
@@ -149,9 +150,9 @@ def write_edition(root: Path, to: Path, *, with_book: bool = True) -> int:
 def refuse_leaks(leaks: list[str]) -> None:
     """Raise where there is a leak, and say where and what."""
     if leaks:
-        shown = "\n".join(f"  {leak}" for leak in leaks[:10])
+        traces = "\n".join(f"  {leak}" for leak in leaks[:10])
         raise EditionError(
-            f"{len(leaks)} traces of solutions, so nothing was written:\n{shown}\n"
+            f"{len(leaks)} traces of solutions, so nothing was written:\n{traces}\n"
             f"Mark what they belong to as a solution, too, or say it in other words."
         )
 
@@ -169,7 +170,7 @@ def main() -> None:
         untracked = choose_files(ROOT)[1]
     except (EditionError, SolutionMarkError) as error:
         sys.exit(f"students' edition: {error}")
-    files = sum(each.is_file() for each in args.to.rglob("*"))
+    files = sum(path.is_file() for path in args.to.rglob("*"))
     print(f"{solutions} solutions taken out; no trace of one in {files:,} files.")
     if untracked:
         print("Not handed out, since git does not track it:", *untracked, sep="\n  ")

@@ -20,7 +20,7 @@ def pen():
 
 
 def test_a_formula_becomes_a_drawing_with_mathml_and_the_shapes_it_needs(pen):
-    body = formulas.drawn(BODY.format(r"b \tag{2.1}"), "page", pen)
+    body = formulas.draw_all(BODY.format(r"b \tag{2.1}"), "page", pen)
     assert 'data-tex="a &lt; b_k"><svg' in body
     assert "<mi>a</mi><mo>&lt;</mo><msub><mi>b</mi><mi>k</mi></msub>" in body
     assert '<span class="eqno">(2.1)</span><svg' in body
@@ -38,7 +38,7 @@ def test_an_unknown_macro_is_a_warning_that_names_page_and_formula(pen, monkeypa
         formulas.log, "warning", lambda *said, location: told.append([*said, location])
     )
     page, tex = "notebooks/02_alignment", r"\mathbff{T}"
-    body = formulas.drawn(BODY.format(tex), page, pen)
+    body = formulas.draw_all(BODY.format(tex), page, pen)
     ((text, error, formula, place),) = told
     assert text == "%s in the formula %s"
     assert (str(error), formula, place) == (r"Undefined control sequence \mathbff", tex, page)
