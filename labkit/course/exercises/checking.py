@@ -12,7 +12,7 @@ import re
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from importlib import import_module
@@ -90,8 +90,9 @@ def check(function: Callable[..., Any]) -> Feedback:
     Parameters
     ----------
     function : callable
-        The function itself, under the name that its stub has. It gets copies of its arguments,
-        and ten seconds for all of them.
+        The function itself, under the name that its stub has: defined there, or assigned to it, as
+        a lambda or any other callable is. It gets copies of its arguments, and ten seconds for all
+        of them.
 
     Returns
     -------
@@ -110,22 +111,20 @@ def check(function: Callable[..., Any]) -> Feedback:
     >>> print(check(motion_between).passed)
     False
     """
-    name = _name(function)
+    space = sys._getframe(1).f_globals
     assignment = load_assignment(hidden=False)
-    question = next((q for q in assignment.questions if q.function == name), None)
-    if question is None:
-        if (entry := exercises().get(name)) is None:
-            raise InvalidParameterError(
-                f"no exercise asks for a function named {name!r}; leave the name as its stub has it"
-            )
-        return Feedback(judge_exercise(entry, function))
+    questions = {question.function: question for question in assignment.questions}
+    name = _name(function, [*questions, *exercises()], space)
+    if name not in questions:
+        return Feedback(judge_exercise(exercises()[name], function))
+    question = questions[name]
     called = Calls()
     verdict = _judge_own_code(question, assignment.cases(question.id), function, called)
     if verdict.passed:
         return Feedback(verdict)
     names = {name for name, _ in called}
     for part in assignment.questions:
-        callee: Any = getattr(function, "__globals__", {}).get(part.function)
+        callee: Any = getattr(function, "__globals__", space).get(part.function)
         if part is question or part.function not in names or not callable(callee):
             continue
         if not judge_function(part, assignment.cases(part.id), callee).passed:
@@ -146,7 +145,8 @@ def score(function: Callable[..., Any]) -> float:
         In the students' edition, which has no hidden cases.
     """
     assignment = load_assignment()
-    question = assignment.question(_name(function))
+    questions = {question.function: question for question in assignment.questions}
+    question = questions[_name(function, questions.keys(), sys._getframe(1).f_globals)]
     return _judge_own_code(question, assignment.cases(question.id), function, Calls()).score
 
 
@@ -161,14 +161,22 @@ def exercises() -> dict[str, exercise]:
     }
 
 
-def _name(function: Callable[..., Any]) -> str:
-    name = getattr(function, "__name__", None)
-    if not callable(function) or name is None:
+def _name(function: Callable[..., Any], names: Collection[str], space: Mapping[str, Any]) -> str:
+    """The name that is asked for: the function's own, or that which it has in a space."""
+    own = getattr(function, "__name__", None)
+    if own in names:
+        return str(own)
+    assigned = [name for name in names if space.get(name) is function]
+    if callable(function) and assigned:
+        return assigned[0]
+    if not callable(function) or own is None:
         raise InvalidParameterError(
             f"`function` must be the function itself, as in check(rotation), "
             f"got {type(function).__name__}"
         )
-    return str(name)
+    raise InvalidParameterError(
+        f"no exercise asks for a function named {own!r}; leave the name as its stub has it"
+    )
 
 
 def judge_exercise(entry: exercise, function: Callable[..., Any]) -> QuestionVerdict:

@@ -1,5 +1,6 @@
 """`check` in a notebook: the verdict on the visible cases, shown inline."""
 
+import functools
 import sys
 import time
 
@@ -31,6 +32,24 @@ def test_a_right_function_passes():
     assert feedback.passed
     assert repr(feedback) == "✓ Rotation: All visible cases pass; grading tries others."
     assert "<ul" not in feedback._repr_html_()
+
+
+@pytest.mark.parametrize(
+    "definition",
+    [
+        "wrap = lambda angle: np.arctan2(np.sin(angle), np.cos(angle))",
+        "wrap = functools.partial(lambda turn, angle: np.angle(np.exp(1j * angle)), 2 * np.pi)",
+        "wrap = np.vectorize(lambda angle: float(np.angle(np.exp(1j * angle))))",
+        "wrap = type('Wrap', (), {'__call__': lambda self, a: np.angle(np.exp(1j * a))})()",
+    ],
+)
+def test_whatever_the_grader_calls_is_checked_under_its_name(definition):
+    """Law 3."""
+    space = {"np": np, "functools": functools, "check": check, "score": score}
+    exec(definition, space)
+
+    assert eval("check(wrap).passed", space)
+    assert eval("score(wrap)", space) == load_assignment().question("wrap").points
 
 
 def test_a_warning_is_shown_and_costs_nothing_in_nbgrader(capsys):
