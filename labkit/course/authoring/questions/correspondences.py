@@ -108,7 +108,9 @@ Reject the pairs that are farther apart than the gate $d_{\max}$. A pair right o
         (np.array([0.125, 0.75, 0.5, 0.625, 0.25]), 0.5)),
     "a wide gate": (np.array([3.5, 1.7, 0.4, 2.2]), 2.0),
     "distances given as whole numbers": Exact((np.array([4, 1, 2, 3, 0]), 2)),
+    "a pair a little beyond the gate": Exact((np.array([0.5005, 0.25, 0.5]), 0.5)),
 }, hidden={
+    "a pair a little beyond the gate": Exact((np.array([1.2, 0.75, 0.7504, 0.1]), 0.75)),
     "a wide gate": lambda rng: (_distances(rng, 12, 0.2, 6.0), rng.number(1.7, 2.2)),
     "a pair on the gate": Exact(_on_the_gate(0.25, 0.5, 2.0, 3.0)),
     "a gate that one pair reaches": Exact(_on_the_gate(1.5, 2.0, 4.0)),

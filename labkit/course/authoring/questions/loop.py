@@ -151,6 +151,10 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
     "a step aslant, just below both tolerances": _ending(0.9, 0.8, heading=math.pi / 4),
     "a step aslant, just below the tolerance": _ending(0.9, -0.5, heading=math.pi / 4),
     "a step aslant, back, and most of the turn": _ending(0.8, -0.9, heading=-0.75 * math.pi),
+    "a small step to the left": _ending(0.7, 0.3, cost=-0.02, heading=math.pi / 2),
+    "a small step back in the second iteration":
+        _ending(0.6, -0.7, cost=0.02, iteration=2, heading=math.pi),
+    "a small step in the first iteration": _ending(0.5, 0.6, cost=-0.03, iteration=1, heading=-0.4),
     "a cost that rose by next to nothing": _ending(80.0, 70.0, cost=2e-7),
     "a cost that fell by next to nothing": _ending(80.0, -70.0, cost=-2e-7),
     "a cost just below its tolerance": _ending(70.0, 60.0, cost=-8e-7),
@@ -171,6 +175,9 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
     "half a turn to the right in the last but one iteration":
         _ending(0.2, 0.6, iteration=49, half_turn=True),
     "a turn of a few tolerances": _ending(0.2, 8.0),
+    "a shift of a few tolerances": _ending(7.0, 0.1, heading=math.pi),
+    "a turn to the left in the first iteration": _ending(0.1, 40.0, cost=0.02, iteration=1),
+    "a step and a turn that are too long": _ending(3.0, -4.0, cost=-4e-6),
     "half a turn on the spot, to the right": _ending(0.3, 0.4, half_turn=True),
     "a shift exactly at its tolerance": _ending_at(1.0, 0.01),
     "a cost exactly at its tolerance": _ending_at(80.0, EPS_COST),
