@@ -6,28 +6,21 @@ import argparse
 import contextlib
 import os
 import sys
-import zipfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
 
-from labkit.grading.box.outside import SECONDS, Wall, open_wall
+from labkit.grading.box.outside import IN_ALL, SECONDS, Wall, open_wall
 from labkit.grading.box.watch import MachineError
-from labkit.grading.classroom.gradebooks import read_canvas, read_moodle, write_scores
+from labkit.grading.classroom.gradebooks import read_canvas, read_moodle
 from labkit.grading.classroom.gradescope import write_autograder
 from labkit.grading.classroom.handins import LAYOUTS, Submission, find_submissions
-from labkit.grading.classroom.marks import (
-    CLASS,
-    make_group_marks,
-    make_marks,
-    read_adjustments,
-    read_roster,
-)
-from labkit.grading.classroom.pages import student_page, templates, write_pages
-from labkit.grading.classroom.store import VERDICTS, Record, file_name, read_records, write_record
-from labkit.grading.grade import grade_one
-from labkit.grading.judge.verdict import SubmissionVerdict
+from labkit.grading.classroom.marks import read_adjustments, read_roster
+from labkit.grading.classroom.pages import templates
+from labkit.grading.classroom.results import SHOWN, Results, some
+from labkit.grading.classroom.store import VERDICTS, Record, read_records, write_record
+from labkit.grading.grade import FIRST, TakesLong, grade_one
 from labkit.grading.questions import (
     Assignment,
     cases_beside,
@@ -37,12 +30,11 @@ from labkit.grading.questions import (
 from labkit.support.arrays import check_count, check_range
 from labkit.support.errors import LabkitError
 from labkit.support.extras import need
-from labkit.support.files import atomic_write
 from labkit.support.progress import show_progress
 
-SHOWN = 5  # names in a message
 JOBS = 2 * (os.cpu_count() or 1) + 4  # boxes at a time: some start, wait or take long
 PATIENCE = 10.0  # [s] for a cluster to answer
+LAST = "it takes long, so it is graded last"
 PUBLIC = """\
 these hidden cases ship with labkit, so anyone can compute them. Create your own with
 `python -m labkit.course.authoring --secret FILE`, and grade with --secret FILE"""
@@ -123,7 +115,7 @@ def grade(args: argparse.Namespace) -> int:
     for remark in remarks[:SHOWN]:
         _say(remark)
     if lost:
-        _say(f"{len(lost)} files with code belong to no student, and are not graded: {_some(lost)}")
+        _say(f"{len(lost)} files with code belong to no student, and are not graded: {some(lost)}")
     assignment = _load(args)
     books = {"canvas.csv": read_canvas(*args.canvas)} if args.canvas else {}
     books |= {"moodle.csv": read_moodle(args.moodle)} if args.moodle else {}
@@ -150,29 +142,28 @@ def grade(args: argparse.Namespace) -> int:
         wall = Wall("", tuple(map(os.path.realpath, closed)), args.seconds)
     else:
         wall = open_wall(closed, args.seconds, isolation=not args.no_isolation)
-    failures = _grade(args, submissions, wall, records)
-    marks = make_marks(records, adjustments, assignment, roster)
-    present = {mark.student for mark in marks} | failures.keys()
-    missing = {student: name for student, name in roster.names.items() if student not in present}
-    if missing:
-        _say(f"{len(missing)} of the roster handed in nothing: {_some(missing.values())}")
-    unread = [mark.student for mark in marks if (mark.student, "written") not in adjustments]
-    if (CLASS, "written") in adjustments and unread:
-        _say(f"{len(unread)} have no points for their written answers yet: {_some(unread)}")
-    write_scores(marks, missing, out / "scores.csv")
-    write_pages(out, marks, assignment, failures=failures, missing=missing)
-    for name, book in books.items():
-        unlisted, occupied = book.fill(marks, out / name, overwrite=args.overwrite)
-        if unlisted:
-            _say(f"{len(unlisted)} have no row in the gradebook, nor in {name}: {_some(unlisted)}")
-        if occupied:
-            _say(
-                f"{len(occupied)} have a grade or a comment in the gradebook, so they have no "
-                f"row in {name}: {_some(occupied)}. --overwrite gives them one"
-            )
-    _write_code(out, records, assignment)
-    returned = [*marks, *make_group_marks(records, adjustments, roster)]
-    _pack_feedback(out, submissions, returned, assignment)
+
+    results = Results(
+        out=out,
+        assignment=assignment,
+        roster=roster,
+        adjustments=adjustments,
+        books=books,
+        submissions=submissions,
+        overwrite=args.overwrite,
+    )
+    share = FIRST if len(submissions) > 1 else IN_ALL
+    failures, slow = _grade(args, submissions, wall, records, share)
+    if slow:
+        results.write(records, failures | {submission.student: LAST for submission in slow})
+        names_of_slow = some(submission.student for submission in slow)
+        _say(
+            f"{len(slow)} take long, so they are graded last: {names_of_slow}. The results of all "
+            f"others are in {out} already"
+        )
+        failures |= _grade(args, slow, wall, records, IN_ALL)[0]
+    for remark in results.write(records, failures):
+        _say(remark)
     count = len(submissions)
     modes = sorted({record.verdict.mode for record in records.values()})
     sys.stdout.write(
@@ -200,15 +191,21 @@ def _grade(
     submissions: Sequence[Submission],
     wall: Wall,
     records: dict[str, Record],
-) -> dict[str, str]:
+    share: float,
+) -> tuple[dict[str, str], list[Submission]]:
     """Grade side by side, store each record as it comes, and say why where there is none.
 
-    Whatever goes wrong is one submission's own: it is named, and the others are graded.
+    Whatever goes wrong is one submission's own: it is named, and the others are graded. Returns
+    these failures, and the submissions that need more than the `share` of processor time.
     """
     failures: dict[str, str] = {}
+    slow: list[Submission] = []
 
     def keep(submission: Submission, future: Future[Record]) -> None:
-        if error := future.exception():
+        error = future.exception()
+        if isinstance(error, TakesLong):
+            slow.append(submission)
+        elif error:
             failures[submission.student] = f"{type(error).__name__}: {error}"
             _say(f"{submission.student} was not graded: {failures[submission.student]}")
         elif future.result() != records.get(submission.student):
@@ -219,7 +216,8 @@ def _grade(
 
         def begin(submission: Submission) -> Future[Record]:
             record = records.get(submission.student)
-            return executor.submit(grade_one, submission, str(args.assignment), wall, record)
+            folder = str(args.assignment)
+            return executor.submit(grade_one, submission, folder, wall, record, share=share)
 
         graded = {begin(submission): submission for submission in submissions}
         again = []  # each by itself, when all others are done
@@ -230,7 +228,7 @@ def _grade(
                 keep(graded[future], future)
         for submission in again:
             keep(submission, begin(submission))
-    return failures
+    return failures, slow
 
 
 @contextlib.contextmanager
@@ -254,39 +252,6 @@ def _open_executor(jobs: int, cluster: str | None) -> Iterator[Executor]:
         ) from None
     with client:
         yield client.get_executor(pure=False)
-
-
-def _write_code(out: Path, records: Mapping[str, Record], assignment: Assignment) -> None:
-    """Write all that was handed in, and what was handed out, for tools that look for copies."""
-    (out / "code").mkdir(exist_ok=True)
-    sources = {f"code/{file_name(student)}.py": record.code for student, record in records.items()}
-    sources["handed_out.py"] = (
-        "\n\n\n".join(question.stub for question in assignment.questions) + "\n"
-    )
-    for name, source in sources.items():
-        with atomic_write(out / name) as file:
-            file.write(source)
-
-
-def _pack_feedback(
-    out: Path,
-    submissions: Iterable[Submission],
-    marks: Iterable[SubmissionVerdict],
-    assignment: Assignment,
-) -> None:
-    """Pack the pages under the names by which Canvas and Moodle take files back."""
-    by_student = {mark.student: mark for mark in marks}
-    with atomic_write(out / "feedback.zip", "wb") as file, zipfile.ZipFile(file, "w") as archive:
-        for submission in submissions:
-            if mark := by_student.get(submission.student):
-                name = submission.feedback_name or f"{file_name(mark.student)}.html"
-                archive.writestr(name, student_page(mark, assignment))
-
-
-def _some(names: Iterable[str]) -> str:
-    """A few names, and whether there are more."""
-    listed = list(names)
-    return "; ".join(listed[:SHOWN]) + ("; ..." if len(listed) > SHOWN else "")
 
 
 def _say(message: str) -> None:

@@ -14,7 +14,7 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from labkit.grading.box.outside import Wall, open_wall
+from labkit.grading.box.outside import IN_ALL, Wall, open_wall
 from labkit.grading.classroom.handins import Submission, read_files
 from labkit.grading.classroom.store import Record, fingerprint
 from labkit.grading.judge.compare import assess
@@ -22,22 +22,38 @@ from labkit.grading.judge.verdict import QuestionVerdict, Status, SubmissionVerd
 from labkit.grading.questions import Assignment, Case, Question, read_assignment
 from labkit.grading.sitting import Sitting, clean_text
 
+FIRST = 1.5  # times the wall's seconds, of processor time: who needs more is graded last
 MAX_NOTES = 20
 NO_FILES = "nothing was handed in but an empty folder, or one of hidden files"
 
 
+class TakesLong(Exception):
+    """A submission needs more processor time than its first share."""
+
+
 def grade_submission(
-    files: Mapping[str, bytes], wall: Wall, assignment: Assignment, student: str
+    files: Mapping[str, bytes],
+    wall: Wall,
+    assignment: Assignment,
+    student: str,
+    *,
+    share: float = IN_ALL,
 ) -> tuple[SubmissionVerdict, str]:
-    """Grade files behind a wall: the verdict, always the same but for `seconds`, and all code."""
+    """Grade files behind a wall: the verdict, always the same but for `seconds`, and all code.
+
+    A `share` is processor time as a multiple of the wall's seconds. Raises `TakesLong` where a
+    smaller one than `IN_ALL` does not do.
+    """
     start = time.perf_counter()
-    sitting = Sitting([question.function for question in assignment.questions], wall)
+    sitting = Sitting([question.function for question in assignment.questions], wall, share)
     try:
         if files:
             sitting.read(files)
         verdicts = tuple(_verdicts(sitting, assignment))
     finally:
         sitting.close()
+    if sitting.seconds_left <= 0.0 and share < IN_ALL:
+        raise TakesLong
     program = sitting.program
     verdict = SubmissionVerdict(
         student=student,
@@ -124,11 +140,16 @@ def _with_replacements(
 
 
 def grade_one(
-    submission: Submission, folder: str, wall: Wall, record: Record | None = None
+    submission: Submission,
+    folder: str,
+    wall: Wall,
+    record: Record | None = None,
+    *,
+    share: float = IN_ALL,
 ) -> Record:
     """Read a submission, and grade it by the assignment in a folder.
 
-    A `record` of it that still holds is kept.
+    A `record` of it that still holds is kept. Raises `TakesLong` as `grade_submission` does.
     """
     wall = wall if wall.mode else open_wall(wall.hidden, wall.seconds)  # each machine its own
     assignment = read_assignment(folder)
@@ -141,6 +162,6 @@ def grade_one(
         late = record.late if record else 0.0
     if record and record.fingerprint == mark:
         return replace(record, late=late)
-    verdict, code = grade_submission(files, wall, assignment, submission.student)
+    verdict, code = grade_submission(files, wall, assignment, submission.student, share=share)
     verdict = replace(verdict, submission=submission.name, unread=unread + verdict.unread)
     return Record(verdict=verdict, fingerprint=mark, code=code, late=late)

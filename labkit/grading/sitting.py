@@ -34,10 +34,10 @@ class Sitting:
     it, and no longer.
     """
 
-    def __init__(self, functions: Sequence[str], wall: Wall) -> None:
+    def __init__(self, functions: Sequence[str], wall: Wall, share: float = IN_ALL) -> None:
         self.functions = functions
         self.wall = wall
-        self.seconds_left = IN_ALL * wall.seconds  # of processor time
+        self.seconds_left = share * wall.seconds  # of processor time
         self.box: Box | None = None
         self.program = Program([], {}, [], [])
         self.notes = list[str]()

@@ -26,7 +26,7 @@ ADVICE_ON = {
 ADVICE = {
     Status.NOT_DEFINED: "there is no function `{function}`{detail}.",
     Status.NOT_WRITTEN: "it is not written yet.",
-    Status.NO_RESULT: "the result is wrong.",
+    Status.NO_RESULT: "the result is wrong, or there is none.",
     Status.TOO_LONG: "it took too long; does a loop have no end?",
     Status.KILLED: "the program ended in it: too much memory, an exit, or a call without an end.",
     Status.CHANGED: "it changed an argument in place{detail}; work on a copy.",
@@ -64,17 +64,17 @@ def assess(
 
 
 def find_fault(question: Question, case: Case, outcome: Outcome) -> str:
-    """What is wrong with one call, in a few sentences; "" where it is right.
+    """Fault of one call, in a few sentences; "" where it is right.
 
-    Of a hidden case it says only that the result is wrong, or that there is none: whatever else it
-    told could be made to spell out an input.
+    That of a hidden case is one sentence for a wrong result and for none: whatever else it told
+    could be made to spell out an input.
     """
     if outcome.status is not Status.RETURNED:
         return _no_value(question, case, outcome)
     if is_right(question, case, outcome.value):
         return ""
     if case.hidden:
-        return "the result is wrong."
+        return ADVICE[Status.NO_RESULT]
     got = _read(question.answer, outcome.value)
     if isinstance(got, str):
         return f"{got}."

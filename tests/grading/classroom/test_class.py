@@ -162,7 +162,9 @@ def test_each_member_of_a_group_in_gradescope_has_a_page_of_their_own(grade, tmp
 
 
 @pytest.mark.parametrize("name", ["ada.rar", "ada.7z", "ada.pdf", "ada/.hidden.py", "ada/a.rar"])
-def test_who_handed_in_nothing_that_can_be_read_has_a_row_with_the_reason(name, grade, tmp_path):
+def test_who_handed_in_nothing_that_can_be_read_has_a_row_with_the_reason(
+    name, grade, tmp_path, capsys
+):
     """Laws 4 and 5."""
     write(tmp_path / "class", [name, "emmy/a.py", "zoe/a.py"], RIGHT)
 
@@ -172,6 +174,9 @@ def test_who_handed_in_nothing_that_can_be_read_has_a_row_with_the_reason(name, 
     assert ada.startswith("ada,ada,,")
     assert "handed in" in ada
     assert zoe.startswith("zoe,zoe,5,5")
+    assert (
+        "of 1 some files were not read: ada. grades/index.html says why" in capsys.readouterr().err
+    )
 
 
 def test_code_of_nobody_is_told_and_ends_in_status_1(grade, tmp_path, capsys):
