@@ -3,8 +3,8 @@
 A picture often takes cells of numbers and a cell that draws them. JupyterLab folds each alone.
 In the book a folded cell that shows nothing goes into the fold of the next one that shows
 something. The cells of a solution go into the dropdown of its text, or into one of their own.
-Marks of solutions, and what an unsolved exercise's check says, are left out. On paper nothing
-unfolds: folded code is left out there, but for solutions.
+Marks of solutions, nbgrader's hidden tests, and what an unsolved exercise's check says, are left
+out. On paper nothing unfolds: folded code is left out there, but for solutions.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import re
 from typing import TypeGuard
 
 from docutils import nodes
+from solutions import HIDDEN_TESTS
 from sphinx.application import Sphinx
 from sphinx_design.shared import create_component
 
@@ -38,8 +39,10 @@ def tidy_cells(app: Sphinx, doctree: nodes.document) -> None:
                 _join(waiting, cell)
                 waiting = []
     for code in doctree.findall(nodes.literal_block):
-        if MARK.search(code.astext()):
-            _write(code, MARK.sub("", code.astext()))
+        source = code.astext()
+        shown = MARK.sub("", HIDDEN_TESTS.sub("", source))
+        if shown != source:
+            _write(code, shown.rstrip("\n"))
 
 
 def _join(cells: list[nodes.container], into: nodes.container) -> None:

@@ -29,7 +29,7 @@ CODE_STUB = ("# YOUR CODE HERE", "raise NotImplementedError()")
 TEXT_STUB = "YOUR ANSWER HERE"
 
 _REGION = re.compile(rf"(?m)^([ \t]*){BEGIN}\n((?:.*\n)*?)[ \t]*{END}$")
-_HIDDEN = re.compile(r"(?ms)^### BEGIN HIDDEN TESTS\n.*?^### END HIDDEN TESTS\n?")
+HIDDEN_TESTS = re.compile(r"(?ms)^### BEGIN HIDDEN TESTS\n.*?^### END HIDDEN TESTS\n?")
 _UNTAGGED = re.compile(r"(?im)^.*(?::::|```)\{(?:solution|(?:dropdown|admonition)\} *solution).*$")
 
 
@@ -93,7 +93,7 @@ def refuse_untagged(markdown: str, name: str) -> None:
 
 def _strip_code(source: str, place: str) -> tuple[str, list[str]]:
     """Put a stub for each marked region, and take out nbgrader's hidden tests."""
-    source = _HIDDEN.sub("", source).rstrip("\n")
+    source = HIDDEN_TESTS.sub("", source).rstrip("\n")
     taken = [solution for _, solution in _REGION.findall(source)]
 
     def stub(region: re.Match[str]) -> str:
