@@ -166,6 +166,8 @@ MODULES = {
         "second.py": SECOND.encode(),
     },
     "a package with relative imports": RELATIVE,
+    "a notebook named like a package that it imports": {"scipy.ipynb": STYLES["cKDTree"]},
+    "a folder named like a package": {"scipy/a.ipynb": STYLES["cKDTree"]},
     "a cell that writes a module": {"a.ipynb": answered({"fitness": FROM_CELL}, before=[WRITES])},
     "%run of a notebook": {
         "a.ipynb": answered({"fitness": "%run helpers.ipynb\n\n\ndef fitness(kept):\n"

@@ -85,7 +85,7 @@ class Session:
     ) -> None:
         """Run cells (source, label) in turn, and say what they define of the given functions."""
         self.functions = functions
-        self.finder.scripts = scripts
+        self.finder.scripts.update(scripts)
         notes = list[str]()
         spaces = dict[str, Any]()  # after the last cell that defines a function, by its name
         self.space.update({name: standins.StandIn(name) for name in ("display", "get_ipython")})

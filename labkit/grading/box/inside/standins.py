@@ -78,7 +78,7 @@ class Absent:
 
 
 def absent(names: Iterable[str], error: ModuleNotFoundError) -> dict[str, Absent]:
-    """What stands under the names that a failed import would have bound."""
+    """Placeholders for the names that a failed import would have bound."""
     return dict.fromkeys(names, Absent(error))
 
 
@@ -123,32 +123,36 @@ WORKING = {
 class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     """Imports handed-in scripts, from whatever folder, and stand-ins.
 
-    It is asked before all others, and once more after them, for what they did not find.
+    It is asked before all others, and a last one after them for what they did not find. There a
+    notebook counts as a script, and a folder as a package, so neither hides an installed one.
     """
 
-    def __init__(self, run: Callable[[str, str, types.ModuleType], None]) -> None:
+    def __init__(
+        self, run: Callable[[str, str, types.ModuleType], None], *, is_last: bool = False
+    ) -> None:
         self.run = run  # a script, by its source and name
+        self.is_last = is_last
         self.scripts: dict[str, str] = {}  # sources by file name
-        self.standing_in = IN_NOTEBOOKS | INSTALLED
+        self.standing_in = INSTALLED if is_last else IN_NOTEBOOKS | INSTALLED
 
     def install(self, *, with_packages: bool) -> None:
         """Be asked for imports from now on; `with_packages` installed ones come first."""
-        sys.meta_path.insert(0, self)
         if with_packages:
             self.standing_in = IN_NOTEBOOKS
-            fallback = Finder(self.run)
-            fallback.standing_in = INSTALLED
-            sys.meta_path.append(fallback)
+        last = Finder(self.run, is_last=True)
+        last.scripts = self.scripts
+        sys.meta_path[:] = [self, *sys.meta_path, last]
 
     def find_spec(self, name: str, path: Any, target: Any = None) -> ModuleSpec | None:
         """A spec for a script, a folder of scripts or a stand-in."""
         place = name.replace(".", "/")
-        endings = (".py", ".py.txt", "/__init__.py", ".ipynb")
+        endings = (".ipynb",) if self.is_last else (".py", ".py.txt", "/__init__.py")
         paths = tuple(f"/{place}{ending}" for ending in endings)
         file = next((file for file in self.scripts if f"/{file}".endswith(paths)), "")
         folder = any(f"/{place}/" in f"/{file}" for file in self.scripts)
-        own = bool(file or folder) and name not in sys.stdlib_module_names
-        if own or name.partition(".")[0] in self.standing_in:
+        is_found = bool(file) or (folder and self.is_last)
+        is_own = is_found and name not in sys.stdlib_module_names
+        if is_own or name.partition(".")[0] in self.standing_in:
             return ModuleSpec(name, self, origin=file or None, is_package=folder or not file)
         return None
 
