@@ -22,7 +22,7 @@ from labkit.grading.judge.verdict import QuestionVerdict, Status, SubmissionVerd
 from labkit.grading.questions import Assignment, Case, Question, read_assignment
 from labkit.grading.sitting import Sitting, clean_text
 
-FIRST = 1.5  # times the wall's seconds, of processor time: who needs more is graded last
+FIRST = 2.0  # times the wall's seconds, of processor time: who needs more is graded last
 MAX_NOTES = 20
 NO_FILES = "nothing was handed in but an empty folder, or one of hidden files"
 

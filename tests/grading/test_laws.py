@@ -685,7 +685,7 @@ HOSTILE = {  # each once held up its neighbours
 def test_who_takes_long_is_graded_when_all_others_have_their_results(grade, tmp_path, monkeypatch):
     """Law 6; on a slow machine honest ones may take long, too."""
     expected = hand_in(tmp_path / "class", 3)
-    source = HANGS.replace("return -x", "return double(x)")
+    source = HANGS.replace("return -x", "while True:\n        pass")
     (tmp_path / "class/hangs.py").write_text(source, encoding="utf-8")
     found_before = {}
 
