@@ -98,6 +98,8 @@ STYLES = {
     "UTF-16": json.dumps(json.loads(answered())).encode("utf-16"),
     "one cell": notebook([cell("import open3d, numpy as np\n" + SCRIPT + "fitness = 3")]),
     "a stub again below": answered(after=(STUB.format("icp"), STUB.format("rotation"))),
+    "recursion": answered({"wrap": "def wrap(angle, k=400):\n"
+        "    return wrap(angle, k - 1) if k else np.pi - (np.pi - angle) % (2 * np.pi)\n"}),
     "cKDTree": answered({"nearest_neighbors": "from scipy.spatial import cKDTree\n\n\n"
         "def nearest_neighbors(source, target):\n    d, i = cKDTree(target).query(source)\n"
         "    return i, d\n"}),

@@ -289,6 +289,7 @@ def main() -> None:
     vars(builtins)["open"] = lambda f, *a, **k: real(os.dup(1) if f == os.devnull else f, *a, **k)
     session = Session(writing)
     settings = json.loads(sys.argv[1])
+    sys.setrecursionlimit(3 * sys.getrecursionlimit())  # a replaceable call takes three levels
     session.finder.install(with_packages=settings["wall"] == "bubblewrap")
     confine.confine(**settings)
     for name in [name for name in sys.modules if name.partition(".")[0] == "labkit"]:
