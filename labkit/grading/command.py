@@ -158,8 +158,8 @@ def grade(args: argparse.Namespace) -> int:
         results.write(records, failures | {submission.student: LAST for submission in slow})
         names_of_slow = some(submission.student for submission in slow)
         _say(
-            f"{len(slow)} take long, so they are graded last: {names_of_slow}. The results of all "
-            f"others are in {out} already"
+            f"{len(slow)} of {len(submissions)} go last, since they take long: {names_of_slow}. "
+            f"The results of the others are in {out} already"
         )
         failures |= _grade(args, slow, wall, records, IN_ALL)[0]
     for remark in results.write(records, failures):

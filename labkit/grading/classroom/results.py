@@ -59,8 +59,8 @@ class Results:
         unread = [mark.student for mark in marks if mark.unread]
         if unread:
             yield (
-                f"of {len(unread)} some files were not read: {some(unread)}. {self.out}/index.html "
-                f"says why"
+                f"{len(unread)} handed in files that were not read: {some(unread)}. "
+                f"{self.out}/index.html says why"
             )
         given = {student for student, item in self.adjustments if item == "written"}
         waiting = [mark.student for mark in marks if mark.student not in given]

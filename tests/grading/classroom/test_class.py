@@ -175,7 +175,8 @@ def test_who_handed_in_nothing_that_can_be_read_has_a_row_with_the_reason(
     assert "handed in" in ada
     assert zoe.startswith("zoe,zoe,5,5")
     assert (
-        "of 1 some files were not read: ada. grades/index.html says why" in capsys.readouterr().err
+        "1 handed in files that were not read: ada. grades/index.html says why"
+        in capsys.readouterr().err
     )
 
 
