@@ -78,8 +78,11 @@ def _call_in_thread(call: Callable[[], Any]) -> Any:
 
     numba cannot be interrupted: a compilation that ends halfway spoils the functions for the rest
     of the process. Ctrl-C is raised in the main thread alone. So the caller sees the interrupt at
-    once, the compilation goes on behind, and the next call waits for it.
+    once, the compilation goes on behind, and the next call waits for it. A browser has no threads,
+    and no numba: there it is a plain call.
     """
+    if sys.platform == "emscripten":
+        return call()
     outcome: list[Any] = []
     errors: list[BaseException] = []
 

@@ -131,6 +131,23 @@ def test_without_numba_python_runs_the_same_function(tmp_path, how):
     assert said.count("\n") == 1
 
 
+def test_in_a_browser_python_runs_the_stages_without_a_thread(tmp_path):
+    browser = (
+        "import sys, threading; sys.modules['numba'] = None\n"
+        "import labkit, numpy as np, scipy.spatial\n"
+        "def refuse(self): raise RuntimeError('can\\'t start new thread')\n"
+        "sys.platform = 'emscripten'; threading.Thread.start = refuse\n"
+    )
+    match = (
+        "p = np.random.default_rng(0).uniform(0.0, 2.0, (60, 2)); "
+        "print(labkit.icp(p, p).inlier_count - 43)"
+    )
+
+    said = answer(tmp_path, browser + match)
+
+    assert said.startswith("Python runs the matcher, slowly: ")
+
+
 def test_all_stages_can_be_compiled_ahead():
     """As each `make` does, once an environment is set up: each for one kind of arguments."""
     program = (  # in a process of its own, where no other test has called them
