@@ -1,6 +1,7 @@
 """Limits of a box hold whatever the code does, and what it used is counted to its end."""
 
 import contextlib
+import errno
 import os
 import sys
 import time
@@ -22,6 +23,21 @@ def limits():
     return [resource.getrlimit(kind) for kind in kinds]
 def groups():
     return os.getgroups()
+"""
+DOORS = """ptrace process_vm_readv process_vm_writev setns unshare bpf perf_event_open userfaultfd
+    add_key keyctl shmget msgget semget mq_open io_uring_setup pidfd_open pidfd_getfd memfd_create
+    socket bind connect listen accept accept4 sendmsg sendmmsg execve execveat"""
+CALLED = f"""
+import ctypes
+def errors():
+    library, system = ctypes.CDLL("libseccomp.so.2"), ctypes.CDLL(None, use_errno=True)
+    errors = {{}}
+    for name in {DOORS.split()}:
+        number = library.seccomp_syscall_resolve_name(name.encode())
+        if number >= 0:
+            system.syscall(number, *[ctypes.c_long(-1)] * 6)
+            errors[name] = ctypes.get_errno()
+    return errors
 """
 FLOODS = f"""
 import gc, os
@@ -55,6 +71,17 @@ def test_every_limit_of_a_box_is_set_for_good(has_wall, wall):
     assert memory[0] == memory[1] <= 2 << 30
     assert file[0] == file[1] == (16 << 20 if wall.mode == "bubblewrap" else 0)
     assert groups == () or os.geteuid() or wall.mode == "none"
+
+
+def test_no_call_leads_to_other_processes_the_network_or_the_kernel(wall):
+    """The filter answers before the kernel looks at the arguments, which are all wrong."""
+    if wall.mode == "none":
+        pytest.skip("without a wall no call is refused")
+    with contextlib.closing(Box(wall)) as box:
+        (errors,) = told(box, CALLED, "errors")
+
+    assert errors == dict.fromkeys(errors, errno.EPERM)
+    assert len(errors) > 20
 
 
 def test_a_line_that_does_not_end_ends_the_box(wall):
