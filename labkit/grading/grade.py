@@ -125,8 +125,8 @@ def _with_replacements(
 ) -> QuestionVerdict:
     """The best verdict on the hidden cases with right functions in place of the student's.
 
-    They answer in the form that the question asks for, and where that does not do, in the form of
-    the student's own: it may be another accepted one, or a mistake that the caller does not expect.
+    They answer in the form that the question asks for, and then in that of the student's own
+    answers: a caller may be written for either.
     """
     samples = {name: sitting.samples[name] for name in replacements if name in sitting.samples}
     verdicts = list[QuestionVerdict]()
