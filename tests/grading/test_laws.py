@@ -268,7 +268,6 @@ CALLEES = ("rotation", "nearest_neighbors", "huber_weights")
 WRONG = {
     "returns nothing": "def {name}({parameters}):\n    None\n",
     "returns one number": "def {name}({parameters}):\n    return 0.125\n",
-    "has a first name": "def own_{name}({parameters}):\n    return None\n{name} = own_{name}\n",
     "is no function": "class Own:\n    def __call__(self, {parameters}):\n        pass\n"
     "{name} = Own()\n",
     "cannot be parsed": "def {name}(:\n",
@@ -308,6 +307,53 @@ def test_however_a_wrong_function_is_bound_its_callers_keep_their_points(binding
 
     lost = {one.question for one in verdict.questions if not one.passed}
     assert lost == {*CALLEES}, [one for one in verdict.questions if not one.passed]
+
+
+OTHERWISE = {  # where a function is defined that is then assigned to its name, and how it is called
+    "first name": ("def search(source, target):\n    pass\n", "search"),
+    "static method": (
+        "class Tools:\n    @staticmethod\n    def search(source, target):\n        pass\n",
+        "Tools.search",
+    ),
+    "method": (
+        "class Tools:\n    def search(self, source, target):\n        pass\n",
+        "Tools().search",
+    ),
+}
+
+
+@pytest.mark.parametrize("place", OTHERWISE)
+def test_where_a_wrong_function_is_defined_is_all_one_to_its_callers(place, graded):
+    """Law 2: they call it there, and not by the name that is asked for."""
+    definition, call = OTHERWISE[place]
+    changed = {
+        "nearest_neighbors": f"{definition}nearest_neighbors = {call}\n",
+        "icp_step": RIGHT["icp_step"].replace("nearest_neighbors(", f"{call}("),
+    }
+
+    verdict = graded({"a.ipynb": answered(changed, closing=False)}, ASSIGNMENT)
+
+    assert [one.question for one in verdict.questions if not one.passed] == ["nearest_neighbors"]
+
+
+NAMESAKE = """class Pose:
+    def __init__(self, T):
+        self.T = T
+    def invert(self):
+        return Pose(np.linalg.inv(self.T))
+def invert(T_a_b):
+    return 7.0
+"""
+
+
+def test_a_method_with_the_name_of_a_question_stays_the_student_s_own(graded):
+    """Law 2: a wrong function of that name is another one."""
+    last = "(invert(T_before), Pose(T_before).invert().T)[1]"
+    changed = {"invert": NAMESAKE, "icp": RIGHT["icp"].replace("invert(T_before)", last)}
+
+    verdict = graded({"a.ipynb": answered(changed, closing=False)}, ASSIGNMENT)
+
+    assert [one.question for one in verdict.questions if not one.passed] == ["invert"]
 
 
 FORMS = {  # accepted forms of answers: from the usual one, and back from this form alone

@@ -73,6 +73,25 @@ def test_every_limit_of_a_box_is_set_for_good(has_wall, wall):
     assert groups == () or os.geteuid() or wall.mode == "none"
 
 
+WRITES = """
+def too_much():
+    try:
+        with open("written", "wb", buffering=0) as file:
+            file.write(bytes(1 << 24))
+            file.write(bytes(1 << 24))
+    except OSError as error:
+        return error.errno
+"""
+
+
+def test_who_writes_too_much_is_told_and_goes_on(wall):
+    """The system's signal for it would end the box."""
+    if wall.mode != "bubblewrap":
+        pytest.skip("elsewhere a box makes no file")
+    with contextlib.closing(Box(wall)) as box:
+        assert [*told(box, WRITES, "too_much")] == [errno.EFBIG]
+
+
 def test_no_call_leads_to_other_processes_the_network_or_the_kernel(wall):
     """The filter answers before the kernel looks at the arguments, which are all wrong."""
     if wall.mode == "none":

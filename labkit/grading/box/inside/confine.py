@@ -49,7 +49,6 @@ def confine(*, seconds: float, user: int, wall: str) -> None:
     for kind, limit in limits.items():
         if kind != "AS" or sys.platform == "linux":  # macOS cannot limit it
             resource.setrlimit(getattr(resource, f"RLIMIT_{kind}"), (limit, limit))
-    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     if user:
         os.setgroups([])
         os.setresgid(user, user, user)

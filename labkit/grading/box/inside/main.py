@@ -168,15 +168,21 @@ class Session:
         return defined
 
     def make_replaceable(self, name: str, value: Any, space: dict[str, Any]) -> Any:
-        """Make a function that is asked for replaceable, under all its names in a space."""
+        """Make a function that is asked for replaceable, under all its names and in classes."""
         is_own = callable(value) and type(value) not in (standins.StandIn, Replaceable)
         if name not in self.functions or not is_own:
             return value
         space[name] = replaceable = self.replaceable(name, value)
-        is_defined_here = getattr(value, "__globals__", None) is space
-        for other, same in list(space.items()):
-            if same is value and is_defined_here:
-                space[other] = replaceable
+        function = getattr(value, "__func__", value)  # of a method
+        if getattr(function, "__globals__", None) is space:
+            for other, holder in list(space.items()):
+                if holder is value:
+                    space[other] = replaceable
+                    self.uses[other].add(name)
+                for attribute, part in [*vars(holder).items()] if isinstance(holder, type) else []:
+                    if getattr(part, "__func__", part) is function:
+                        setattr(holder, attribute, self.replaceable(name, part))
+                        self.uses[attribute].add(name)
         return replaceable
 
     def replaceable(self, name: str, own: Any) -> Replaceable:

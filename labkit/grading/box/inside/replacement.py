@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import inspect
-import types
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -72,8 +71,10 @@ class Replaceable:
         setattr(self._own, name, value)
 
     def __get__(self, instance: Any, owner: Any = None) -> Any:
-        is_method = instance is not None and hasattr(self._own, "__get__")
-        return types.MethodType(self, instance) if is_method else self
+        """The same for a method, bound as the student's is."""
+        if not hasattr(self._own, "__get__"):
+            return self
+        return Replaceable(self._name, self._own.__get__(instance, owner), self._replacements)
 
 
 def undefined(name: str) -> Callable[..., Any]:
