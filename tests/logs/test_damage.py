@@ -37,12 +37,19 @@ BAD = {
 ROWS = 5
 
 
+class ByFormat(dict):
+    """What a fixture holds of each format; short, where Hypothesis shows an example that fails."""
+
+    def __repr__(self):
+        return f"<{len(self)} formats>"
+
+
 @pytest.fixture(scope="module")
 def good(flaser, robotlaser):
     """Lines of each format, as fields; the line above them; and what parts the fields."""
     path = [(0.5 * k, 0.1 * k, 0.2 * k) for k in range(ROWS)]
     sweeps = [[f"{1.5 + k}", "2.2", "3.5", "4.1"] for k in range(ROWS)]
-    return {
+    formats = {
         "flaser": ([flaser(r, p).split() for r, p in zip(sweeps, path, strict=True)], "", " "),
         "robotlaser": ([robotlaser(r).split() for r in sweeps], "# a run\n", " "),
         "g2o": ([f"VERTEX_SE2 {k} {k} 0 0".split() for k in range(ROWS)], "", " "),
@@ -52,6 +59,7 @@ def good(flaser, robotlaser):
         "clocked": ([[str(k), *r] for k, r in enumerate(sweeps)], "time,r0,r1,r2,r3\n", ","),
         "tum": ([f"{k} {k} 2 0 0 0 0 1".split() for k in range(ROWS)], "# a path\n", " "),
     }
+    return ByFormat(formats)
 
 
 def rows_of(log):
@@ -124,7 +132,7 @@ def good_files(run, robotlaser, tmp_path_factory):
         "run.log.zip": zipped({"run.log": run}),
     }
     if not importlib.util.find_spec("rosbags"):
-        return files
+        return ByFormat(files)
     from tests.logs.test_rosbag import Bag  # noqa: PLC0415 (needs rosbags)
 
     for ros in (1, 2, "mcap"):
@@ -135,7 +143,7 @@ def good_files(run, robotlaser, tmp_path_factory):
         path = bag.close()
         inside = [path] if path.is_file() else [f for f in path.iterdir() if f.suffix != ".yaml"]
         files[inside[0].name] = inside[0].read_bytes()
-    return files
+    return ByFormat(files)
 
 
 WOUNDS = st.lists(
