@@ -24,6 +24,7 @@ def limits():
 def groups():
     return os.getgroups()
 """
+NAMESPACES = ("ipc", "mnt", "net", "pid", "uts")
 DOORS = """ptrace process_vm_readv process_vm_writev setns unshare bpf perf_event_open userfaultfd
     add_key keyctl shmget msgget semget mq_open io_uring_setup pidfd_open pidfd_getfd memfd_create
     socket bind connect listen accept accept4 sendmsg sendmmsg execve execveat"""
@@ -90,6 +91,17 @@ def test_who_writes_too_much_is_told_and_goes_on(wall):
         pytest.skip("elsewhere a box makes no file")
     with contextlib.closing(Box(wall)) as box:
         assert [*told(box, WRITES, "too_much")] == [errno.EFBIG]
+
+
+def test_a_box_shares_no_namespace_with_the_grader(wall):
+    """A second wall behind the filter of calls, of which either holds alone."""
+    if wall.mode != "bubblewrap":
+        pytest.skip("only bubblewrap has namespaces of its own")
+    with contextlib.closing(Box(wall)) as box:
+        links = [Path(f"/proc/{box._pid}/ns/{name}").readlink() for name in NAMESPACES]
+
+    shared = [Path(f"/proc/self/ns/{name}").readlink() for name in NAMESPACES]
+    assert not {*links} & {*shared}
 
 
 def test_no_call_leads_to_other_processes_the_network_or_the_kernel(wall):
