@@ -124,6 +124,25 @@ def test_a_line_that_does_not_end_ends_the_box(wall):
             box.receive()
 
 
+SAYS = """
+import gc, os
+own = next(one for one in gc.get_objects() if type(one).__name__ == "Session")
+os.write(own.writing, {line!r})
+"""
+
+
+@pytest.mark.parametrize(
+    "line", [b"[1]\n", b"1\n", b"null\n", b"{\n", b"\xff\n", b"[" * 9999 + b"\n"]
+)
+def test_a_line_that_is_no_object_ends_the_box(line, wall):
+    with contextlib.closing(Box(wall)) as box:
+        box.send(60.0, cells=[(SAYS.format(line=line), "a")], scripts={}, functions=[])
+        assert box.receive() == {"cell": 0}
+
+        with pytest.raises(BoxError, match="invalid answer"):
+            box.receive()
+
+
 def test_what_a_box_used_counts_when_it_is_gone(wall, monkeypatch):
     """Or a program that ends each of its boxes would have time without an end."""
     with contextlib.closing(Box(wall._replace(seconds=60.0))) as box:
