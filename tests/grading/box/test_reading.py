@@ -1,0 +1,33 @@
+"""What is read of the files of a submission, before any of its code runs."""
+
+import pytest
+
+from labkit.grading.box.inside.reading import MAX_CELLS, MAX_SOURCE, read_program
+from tests.grading.notebooks import cell, notebook
+
+
+@pytest.mark.parametrize(
+    ("cells", "is_read"),
+    [
+        ([cell("0")] * MAX_CELLS, True),
+        ([cell("0")] * (MAX_CELLS + 1), False),
+        ([cell("0" * MAX_SOURCE)], True),
+        ([cell("0" * (MAX_SOURCE + 1))], False),
+    ],
+    ids=["cells", "a cell more", "letters", "a letter more"],
+)
+def test_a_file_with_too_much_code_is_not_read(cells, is_read):
+    program = read_program({"a.ipynb": notebook(cells)}, ["f"])
+
+    assert bool(program.cells) == is_read
+    assert ("all files together hold too much code" in "".join(program.unread)) != is_read
+
+
+def test_of_too_much_code_the_newest_is_read():
+    half = [cell("def f(): 0")] * (MAX_CELLS // 2 + 1)
+    files = {"old.ipynb": notebook(half), "new.ipynb": notebook(half)}
+
+    program = read_program(files, ["f"])
+
+    assert [*program.scripts] == ["new.ipynb"]
+    assert program.unread == ["old.ipynb cannot be read: all files together hold too much code"]
