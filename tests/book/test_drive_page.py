@@ -97,6 +97,18 @@ def test_a_link_sets_dials_to_what_a_slider_can(page):
     expect(page.get_by_label("gate")).to_have_attribute("aria-valuetext", "0.10 m")
 
 
+def test_the_robot_comes_to_rest_where_the_focus_leaves_it_with_a_key_held(page):
+    page.locator(".icp-stage canvas").focus()
+    page.keyboard.down("ArrowUp")
+    page.wait_for_function("() => parseInt(document.querySelector('.icp-score').textContent) >= 1")
+
+    page.get_by_label("world").focus()
+
+    # it is told where the robot rests, and while a key is held it does not
+    expect(page.locator(".icp-drive > .icp-spoken")).to_have_text(re.compile("m driven"))
+    page.keyboard.up("ArrowUp")
+
+
 def test_world_and_wheels_are_there_after_a_reload(page):
     address = page.url.split("#")[0]
     page.get_by_label("world").select_option("Doorways")
