@@ -26,7 +26,8 @@ BENCH := .venv-bench
 WARM = $(BIN)/python -m labkit.support.warm  # compiles the stages where they are new
 
 unexport PYTHONDONTWRITEBYTECODE  # or each process compiles each module that it imports
-export OPENBLAS_NUM_THREADS ?= 1  # the notebooks and tests beside each other take all processors
+# The notebooks and tests beside each other take all processors.
+export OPENBLAS_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
 .PHONY: help book student test pages others quick fix lab bench mutants lock dist clean
