@@ -1,5 +1,8 @@
 """What is read of the files of a submission, before any of its code runs."""
 
+import io
+import zipfile
+
 import pytest
 
 from labkit.grading.box.inside.reading import MAX_CELLS, MAX_SOURCE, read_program
@@ -31,3 +34,17 @@ def test_of_too_much_code_the_newest_is_read():
 
     assert [*program.scripts] == ["new.ipynb"]
     assert program.unread == ["old.ipynb cannot be read: all files together hold too much code"]
+
+
+@pytest.mark.parametrize("years", [(2020, 2024), (2024, 2020), (2024, 2024)])
+def test_of_two_files_in_an_archive_the_newer_counts_and_of_one_time_the_shorter_name(years):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, year in zip(("long.py", "a.py"), years, strict=True):
+            info = zipfile.ZipInfo(name, (year, 1, 1, 0, 0, 0))
+            archive.writestr(info, f"def f(): {year}")
+
+    program = read_program({"a.zip": buffer.getvalue()}, ["f"])
+
+    newest = "a.zip/long.py" if years[0] > years[1] else "a.zip/a.py"
+    assert program.cells[-1][1] == newest
