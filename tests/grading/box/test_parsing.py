@@ -20,3 +20,24 @@ def test_what_is_no_python_costs_its_function_and_is_told_by_its_line(kind):
     assert [node.name for node in nodes] == ["g"]
     assert next(iter(faults)) == "f"  # which the page tells
     assert faults["f"].startswith("line 4 of cell 7 is no Python")
+
+
+MIXED = """%matplotlib inline
+x = 1
+
+def f(x):
+    return x
+
+y = = 2
+
+def g(x):
+    return x
+"""
+
+
+def test_statements_keep_their_lines_beside_magics_and_faults():
+    nodes, _ = statements(MIXED, "cell 1")
+
+    lines = MIXED.splitlines()
+    found = {node.name: lines[node.lineno - 1] for node in nodes if hasattr(node, "name")}
+    assert found == {"f": "def f(x):", "g": "def g(x):"}
