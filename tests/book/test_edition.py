@@ -220,6 +220,15 @@ def test_the_book_gets_back_what_its_author_wrote_but_in_changed_cells(lab, name
     assert kept == [*own[:-1], "My own words."]
 
 
+def test_a_box_in_a_list_stays_in_its_item():
+    item = "1. Why?\n\n   :::{dropdown} Hint\n   Half.\n   :::"
+
+    lines = plain_markdown.plain(item, iter([])).split("\n")
+
+    box = ["   <details>", "   <summary>Hint</summary>", "", "   Half.", "", "   </details>"]
+    assert lines == ["1. Why?", "", *box]
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
