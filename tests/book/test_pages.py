@@ -367,6 +367,8 @@ def test_a_choice_a_number_and_a_place_are_told_kept_and_asked_again(page):
         entry.fill(wrong)
         expect(box.get_by_role("button", name="Commit")).to_be_disabled()
     expect(choice.get_by_role("button", name="Commit")).to_be_disabled()
+    field.fill("−0,5")  # with the sign and the comma of a text
+    expect(number.get_by_role("button", name="Commit")).to_be_enabled()
     field.fill("0.5")
     left.fill("39")
     left.press("ArrowUp")  # by keyboard alone
