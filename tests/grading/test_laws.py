@@ -356,6 +356,18 @@ def test_a_method_with_the_name_of_a_question_stays_the_student_s_own(graded):
     assert [one.question for one in verdict.questions if not one.passed] == ["invert"]
 
 
+def test_a_package_s_function_that_is_taken_for_an_answer_stays_what_it_is(graded):
+    """Law 2: a right one acts in place of the answer, and not where the package's is called."""
+    changed = {
+        "rotation": "from numpy import eye\nrotation = eye\n",
+        "icp_step": RIGHT["icp_step"].replace("np.eye(3)", "eye(3)"),
+    }
+
+    verdict = graded({"a.ipynb": answered(changed, closing=False)}, ASSIGNMENT)
+
+    assert [one.question for one in verdict.questions if not one.passed] == ["rotation"]
+
+
 FORMS = {  # accepted forms of answers: from the usual one, and back from this form alone
     "rows": ("rotation", "value.tolist()", "np.array(value[0] + value[1]).reshape(2, 2)"),
     "tuples": ("rotation", "tuple(map(tuple, value))",

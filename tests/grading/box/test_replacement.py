@@ -19,6 +19,10 @@ def right(x):
     return 3.0 * x
 
 
+class Own(np.ndarray):
+    """Arrays that calculate in another way."""
+
+
 @pytest.fixture
 def replacements():
     return {}
@@ -59,6 +63,20 @@ def test_a_right_function_takes_the_arguments_of_the_student_s(
     replacements["f"] = Replacement(right, None)
 
     assert replaceable(*positional, **named) == 15.0
+
+
+def test_a_right_function_has_the_student_s_defaults(replaceable, replacements):
+    replacements["f"] = Replacement(lambda x, gain: gain * x, None)
+
+    assert replaceable(5.0) == replaceable(x=5.0) == 10.0
+
+
+@pytest.mark.parametrize("form", [np.zeros(2, int), np.zeros(2).view(Own), np.zeros(2)])
+def test_an_answer_in_another_form_calculates_like_it(form):
+    answer = in_form(np.array([True, False]), form)
+
+    assert type(answer) is type(form)
+    assert answer.dtype == form.dtype
 
 
 @pytest.mark.parametrize(
