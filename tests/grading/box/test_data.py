@@ -59,3 +59,23 @@ def test_what_is_nested_too_deeply_crosses_in_neither_direction(wrap):
 
 def test_an_error_says_no_more_than_a_page_can_show():
     assert len(describe_error(ValueError("a" * 10**6))) < 1000
+
+
+FORGED = {  # no value has these forms
+    "a large number": 2**63,
+    "a list": [1.0],
+    "another word": {"float": "1.0"},
+    "another kind": {"dtype": "object", "shape": [1], "data": [1.0]},
+    "another shape": {"dtype": "float64", "shape": [3], "data": [1.0]},
+    "a shape of words": {"dtype": "float64", "shape": ["a"], "data": [1.0]},
+    "a text in an array": {"dtype": "float64", "shape": [1], "data": ["a"]},
+}
+
+
+@pytest.mark.parametrize("form", FORGED)
+def test_what_no_value_can_have_written_is_refused(form):
+    tree = FORGED[form]
+
+    for forged in (tree, {"tuple": [tree]}, {"dict": {"a": tree}}):
+        with pytest.raises(ValueError, match=r"no data|could not|cannot reshape"):
+            from_json(forged)
