@@ -356,6 +356,17 @@ def test_a_method_with_the_name_of_a_question_stays_the_student_s_own(graded):
     assert [one.question for one in verdict.questions if not one.passed] == ["invert"]
 
 
+def test_who_shares_a_word_with_an_experiment_does_not_hang_on_what_that_mentions(graded):
+    """Law 2: the inverse reads `R.T`, and `T` is an array of an experiment."""
+    changed = {"has_converged": "def has_converged(*given):\n    while True:\n        pass\n"}
+    experiment = "T = np.eye(3) if callable(has_converged) else None"
+    files = {"a.ipynb": answered(changed, before=(experiment,), closing=False)}
+
+    verdict = graded(files, ASSIGNMENT, seconds=1.0)
+
+    assert [one.question for one in verdict.questions if not one.passed] == ["has_converged"]
+
+
 def test_a_package_s_function_that_is_taken_for_an_answer_stays_what_it_is(graded):
     """Law 2: a right one acts in place of the answer, and not where the package's is called."""
     changed = {
@@ -633,8 +644,9 @@ def test_of_two_states_the_better_counts(graded, small):
 
 
 def test_experiments_without_an_end_cost_no_answer_and_end_no_box(graded, small):
-    """Law 4: they share the time of two cells, and those beyond are left out."""
-    cells = ["while True:\n    pass"] * 60 + [RIGHT_NUMBERS]
+    """Law 4: they share the time of two cells, and those beyond are left out, constants never."""
+    cells = ["while True:\n    pass"] * 60
+    cells += ["TWO = 2", RIGHT_NUMBERS.replace("2 * x", "TWO * x")]
 
     verdict = graded(
         {"a.ipynb": notebook([cell(one) for one in cells])}, read_assignment(small), seconds=0.5

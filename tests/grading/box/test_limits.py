@@ -115,6 +115,17 @@ def test_no_call_leads_to_other_processes_the_network_or_the_kernel(wall):
     assert len(errors) > 20
 
 
+def test_what_no_exception_reaches_ends_the_box_by_itself(wall):
+    """Long before its order is over: a loop in C hears of no limit of a cell."""
+    with contextlib.closing(Box(wall)) as box:
+        cells = [("sum(range(10**12))", "a")]
+        box.send(60.0, seconds=0.2, cells=cells, scripts={}, functions=[])
+        assert box.receive() == {"cell": 0}
+
+        with pytest.raises(BoxError, match="the program ended"):
+            box.receive()
+
+
 def test_a_line_that_does_not_end_ends_the_box(wall):
     with contextlib.closing(Box(wall)) as box:
         box.send(60.0, cells=[(FLOODS, "a")], scripts={}, functions=[])
