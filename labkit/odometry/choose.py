@@ -1,4 +1,4 @@
-"""The best of several matches, and whether it is believed."""
+"""The best of several matches, and the score from which it is believed."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from labkit.odometry.match import Match
 from labkit.odometry.search import is_same_pose
 
-MIN_AGREEMENT_BESIDE_WHEELS = 0.3  # a match that agrees less tells less than the wheels
-MIN_SCORE_ALONE = 0.1  # without wheels: a match that scores less tells less than the last motion
+MIN_SCORE = 0.1  # a match that scores less tells less than the wheels, or than the last motion
 SCORE_HISTORY = 40  # steps: their best scores tell whether to believe matches beside wheels
 GOOD_MEAN_SCORE = 0.68  # of these steps: below it a match beside wheels needs a score
 MIN_SCORE_SLOPE = 3.5  # this score over what the mean lacks
@@ -34,18 +33,8 @@ def choose(matches: Sequence[Match]) -> tuple[Match, float]:
     return best, best.agreement - max(elsewhere, default=math.nan)
 
 
-def is_believed(best: Match, scores: Sequence[float] | None) -> bool:
-    """True if a match tells more than the wheels, whose last best `scores` are known.
-
-    Without wheels, `scores` None, it only has to tell more than the last motion.
-    """
-    if scores is None:
-        return best.score > MIN_SCORE_ALONE
-    return best.score > min_score(scores) and best.agreement > MIN_AGREEMENT_BESIDE_WHEELS
-
-
 def min_score(scores: Sequence[float]) -> float:
-    """Score that a match must exceed to be believed beside wheels, by the last best `scores`.
+    """Score that a match must exceed to be believed, by the last best `scores` beside wheels.
 
     Where something moves or hides the view, all scores are low, and a wrong match scores as well as
     a right one. Then the wheels lead: their errors undo one another in part over many steps in a
@@ -53,4 +42,4 @@ def min_score(scores: Sequence[float]) -> float:
     """
     total = sum(scores) + USUAL_STEPS * USUAL_SCORE
     mean = total / (len(scores) + USUAL_STEPS)
-    return MIN_SCORE_SLOPE * max(0.0, GOOD_MEAN_SCORE - mean)
+    return max(MIN_SCORE, MIN_SCORE_SLOPE * (GOOD_MEAN_SCORE - mean))

@@ -18,17 +18,18 @@ from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.base import Odometry
 from labkit.odometry.choose import (
     GOOD_MEAN_SCORE,
+    MIN_SCORE,
     SCORE_HISTORY,
     choose,
-    is_believed,
     min_score,
 )
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.match import Match, match, stay
-from labkit.odometry.propose import believable_wheels, expect, propose
+from labkit.odometry.propose import expect, propose
 from labkit.odometry.record import STILL, Decision, Evidence, StepRecord, no_match, record_of_match
 from labkit.odometry.sanity import SanityLimits, prior_failures, unknown_std
+from labkit.odometry.wheels import SCALE_HISTORY, believable_wheels, scale_of
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, relative, to_xytheta
 from labkit.support.arrays import FloatArray
@@ -49,6 +50,7 @@ class MapState(NamedTuple):
     lost: int = 0  # steps since the last match
     T_last_refused: FloatArray | None = None  # where the last match ended, if it was refused
     scores: tuple[float, ...] = ()  # of the best matches beside wheels, the newest first
+    scales: tuple[float, ...] = ()  # of the wheels, that matches measured, the newest first
 
     def after(self, record: StepRecord, scan: Scan) -> MapState:
         """The state after a step."""
@@ -56,8 +58,12 @@ class MapState(NamedTuple):
         increment = record.increment
         is_held = record.decision in (Decision.HOLD, Decision.STAND)
         motions = self.motions
+        scales = self.scales
         if matched and not record.degenerate:
             motions = (increment, *motions)
+            scale = math.nan if record.prior is None else scale_of(record.prior, increment)
+            if not math.isnan(scale):
+                scales = (scale, *scales)
         scores = self.scores
         if record.prior is not None and not math.isnan(record.score):
             scores = (max(0.0, record.score), *scores)
@@ -71,6 +77,7 @@ class MapState(NamedTuple):
             lost=0 if matched else self.lost + 1,
             T_last_refused=record.T_taken_refused,
             scores=scores[:SCORE_HISTORY],
+            scales=scales[:SCALE_HISTORY],
         )
 
 
@@ -104,8 +111,9 @@ class MapOdometry(Odometry[MapState]):
         if state.scans == 0:
             record = StepRecord(increment=STILL, decision=Decision.START)
         else:
-            wheels = believable_wheels(prior, scan, state.last_scan)
-            record = replace(self.step(state, scan, wheels), prior=wheels)
+            wheels = believable_wheels(prior, state.scales, scan, state.last_scan)
+            told = None if wheels is None else prior
+            record = replace(self.step(state, scan, wheels), prior=told)
         return record, state.after(record, scan)
 
     def step(self, state: MapState, scan: Scan, prior: FloatArray | None) -> StepRecord:
@@ -132,9 +140,10 @@ class MapOdometry(Odometry[MapState]):
                 best = at_wheels
                 decision = Decision.ICP
         record = record_of_best(best, margin, T_map_last, decision)
-        if is_believed(best, None if prior is None else state.scores):
+        least = MIN_SCORE if prior is None else min_score(state.scores)
+        if best.score > least:
             return believe(record, prior, limits)
-        led = prior is not None and min_score(state.scores) > 0.0
+        led = least > MIN_SCORE
         return refuse(replace(record, led=led), prior, state.last_motion, limits)
 
 

@@ -12,9 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from labkit.correspondences import MIN_PAIRS
 from labkit.line_alignment import Information
-from labkit.odometry.carried import mask_repeats
 from labkit.odometry.sanity import SanityLimits
 from labkit.odometry.search import MAX_STARTS, drop_duplicates, search
 from labkit.result import step_length
@@ -23,16 +21,13 @@ from labkit.se2 import from_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
-REST_SHIFT = 0.02  # [m]: wheels that shift more do not stand
-REST_TURN = math.radians(0.5)  # [rad]: nor do wheels that turn more
-SAME_VIEW_SHARE = 0.9  # of a scan's points that repeat those of the scan before, at a stand
 SEARCH_FACTOR = 1.5  # reach of the search over the longest of the last motions
 
 WHEEL_SHIFT_ERROR = 0.1  # [m]: usual error of wheels at rest
 DOUBLING_SHIFT = 0.5  # [m]: so long a motion adds the error at rest once more,
 DOUBLING_TURN = math.radians(20.0)  # [rad]: and so does a turn this large
 WHEEL_TURN_ERROR = math.radians(30.0)  # [rad]: wheels tell a turn less well than a shift
-WHEEL_COST = 0.4  # of agreement, at most, for a motion unlike that of the wheels
+WHEEL_COST = 0.5  # of agreement, at most, for a motion unlike that of the wheels
 MOTION_SHIFT_CHANGE = 0.5  # [m]: usual change from one motion to the next
 MOTION_TURN_CHANGE = math.radians(20.0)  # [rad]: the same, of the turn
 MOTION_COST = 0.1  # of agreement, at most, for a motion unlike the last ones
@@ -122,19 +117,6 @@ def expect(
         max_cost=WHEEL_COST,
         sure_score=min(SURE_SCORE_ALONE, SURE_SCORE_AT_REST + SURE_SCORE_SLOPE * shift_error),
     )
-
-
-def believable_wheels(
-    prior: FloatArray | None, scan: Scan, last_scan: Target | None
-) -> FloatArray | None:
-    """The prior, or None if it says that the robot stands while the scan has moved."""
-    if prior is None or last_scan is None or len(scan) < MIN_PAIRS:
-        return prior
-    shift, turn = step_length(np.eye(3), from_xytheta(prior))
-    if shift > REST_SHIFT or turn > REST_TURN:
-        return prior
-    share = np.mean(mask_repeats(scan, last_scan))
-    return prior if share >= SAME_VIEW_SHARE else None
 
 
 def propose(

@@ -64,8 +64,8 @@ class StepRecord:
     decision : Decision
         Where the increment came from.
     prior : ndarray, shape (3,), or None
-        What wheels or an IMU told of the step; None where they told nothing, or that the robot
-        stands while its scan moved.
+        What wheels or an IMU told of the step, uncorrected; None where they told nothing, or that
+        the robot stands while its scan moved.
     reason : str
         The checks that failed on the way, for a person; often empty.
     inlier_count : int

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from labkit.odometry.propose import REST_SHIFT, REST_TURN
 from labkit.odometry.record import StepRecord
+from labkit.odometry.wheels import MIN_SHIFT, is_at_rest, scale_of
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
 
@@ -18,7 +18,6 @@ MIN_BLIND_STEPS = 10  # without a match in a row: fewer get no remark
 MIN_AGAINST_PRIOR = 3  # matches against the prior in a row: fewer get no remark
 MIN_STEPS = 10  # of a statistic over the run: fewer tell nothing
 MIN_TURN = math.radians(2.0)  # [rad]: wheels and matches that turn less give no ratio
-MIN_SHIFT = 0.05  # [m]: nor do wheels and matches that drive less
 MIN_RATIO = 0.5  # of a match's motion over the wheels'; 0.96 to 1.00 on right logs
 MAX_RATIO = 1.5  # of the same
 MAX_SHARE_AT_LIMIT = 0.05  # of the beams, on average, that end at the largest range
@@ -86,11 +85,9 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
     compared = [step for step in steps if step.prior is not None and step.decision.matched]
     matches = np.reshape([step.increment for step in compared], (-1, 3))
     wheels = np.reshape([step.prior for step in compared], (-1, 3))
-    match_shift = np.hypot(matches[:, 0], matches[:, 1])
-    wheel_shift = np.hypot(wheels[:, 0], wheels[:, 1])
     # Both must see a motion: what wheels alone tell may be their noise, as along a corridor.
     turns = np.minimum(abs(wheels[:, 2]), abs(matches[:, 2])) > MIN_TURN
-    shifts = np.minimum(wheel_shift, match_shift) > MIN_SHIFT
+    scales = [scale_of(told, measured) for told, measured in zip(wheels, matches, strict=True)]
     if turns.sum() >= MIN_STEPS:
         ratio = float(np.median(matches[turns, 2] / wheels[turns, 2]))
         if not MIN_RATIO <= ratio <= MAX_RATIO:
@@ -100,9 +97,8 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
                 f"`mirrored=True`, or `--mirrored`; else ask whether the wheels' turns are in "
                 f"radians"
             )
-    if shifts.sum() >= MIN_STEPS:
-        along_wheels = (matches[shifts, :2] * wheels[shifts, :2]).sum(axis=1)
-        ratio = float(np.median(along_wheels / wheel_shift[shifts] ** 2))
+    if np.isfinite(scales).sum() >= MIN_STEPS:
+        ratio = float(np.nanmedian(scales))
         if not MIN_RATIO <= ratio <= MAX_RATIO:
             yield (
                 f"the scans move {ratio:.3g} times as far as the wheels: does the scanner look "
@@ -116,10 +112,9 @@ def standing_remarks(steps: Sequence[StepRecord], told: FloatArray | None) -> It
         return
     standing = 0
     for step, wheels in zip(steps, told, strict=False):
-        has_stood = math.hypot(wheels[0], wheels[1]) < REST_SHIFT and abs(wheels[2]) < REST_TURN
         x, y, turn = step.increment
         has_moved = math.hypot(x, y) > MIN_SHIFT or abs(turn) > MIN_TURN
-        standing += step.decision.matched and has_stood and has_moved
+        standing += step.decision.matched and is_at_rest(wheels) and has_moved
     if standing >= MIN_STEPS:
         yield (
             f"in {standing} steps the wheels told that the robot stands while its scans moved: did "

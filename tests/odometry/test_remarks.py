@@ -57,9 +57,9 @@ def test_noise_of_wheels_along_a_straight_way_is_no_scanner_upside_down():
 
 
 def test_wheels_in_another_unit_are_named():
-    (remark,) = remarks_of(SCANS, WHEELS * [2.0, 2.0, 1.0])
+    (remark,) = remarks_of(SCANS, WHEELS * [3.28, 3.28, 1.0])
 
-    assert remark.startswith("the scans move 0.5 times as far as the wheels")
+    assert remark.startswith("the scans move 0.305 times as far as the wheels")
     assert "another unit" in remark
 
 

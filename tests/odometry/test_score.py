@@ -7,7 +7,7 @@ import pytest
 
 from labkit import IcpParameters, Scan, Target, icp
 from labkit.correspondences import huber_loss
-from labkit.odometry.choose import SCORE_HISTORY, TIE, choose, is_believed, min_score
+from labkit.odometry.choose import MIN_SCORE, SCORE_HISTORY, TIE, choose, min_score
 from labkit.odometry.match import Match
 from labkit.odometry.propose import WHEEL_COST, expect, propose
 from labkit.odometry.sanity import SanityLimits
@@ -180,24 +180,21 @@ def test_the_highest_score_is_chosen_and_the_first_of_equals(scores, taken, marg
     assert found == pytest.approx(margin, nan_ok=True)
 
 
-@pytest.mark.parametrize(
-    ("score_of", "agreement", "beside_wheels", "alone"),
-    [(0.2, 0.6, True, True), (0.25, 0.25, False, True), (0.05, 0.45, True, False)],
-)
-def test_wheels_are_overruled_by_what_agrees_and_the_last_motion_by_less(
-    score_of, agreement, beside_wheels, alone
-):
-    """Wheels that slip cost a right match 0.4 at most of its score, and nothing of what fits."""
-    best = matches_of(score_of)[0]._replace(agreement=agreement)
-
-    assert is_believed(best, scores=[0.9]) == beside_wheels
-    assert is_believed(best, scores=None) == alone
-    assert not is_believed(best, scores=[0.3] * SCORE_HISTORY)
-
-
 def test_the_lower_the_last_scores_the_more_a_match_must_score():
     means = (0.0, 0.3, 0.5, 0.7, 0.9)
     least = [min_score([mean] * SCORE_HISTORY) for mean in means]
 
     assert least == sorted(least, reverse=True)
-    assert least[0] > 1.0 > least[2] > least[-1] == min_score([]) == 0.0
+    assert least[0] > 1.0 > least[2] > least[-1] == min_score([]) == MIN_SCORE
+
+
+def test_a_match_that_fits_fairly_overrules_wheels_that_jump_and_none_far_away():
+    """A turn of 60° costs a match less than the way through a whole room."""
+    told = np.array([0.5, 0.0, 0.0])
+    jump = np.array([0.5, 0.0, math.radians(60.0)])
+    far = np.array([12.0, 9.0, 0.0])
+    expected = expect(np.eye(3), told, np.zeros((1, 3)))
+    agreement = 0.55
+
+    assert agreement - expected.cost(from_xytheta(jump)) > MIN_SCORE
+    assert agreement - expected.cost(from_xytheta(far)) < MIN_SCORE

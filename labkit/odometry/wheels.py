@@ -1,0 +1,57 @@
+"""What the wheels tell of a step, as far as matches bear it out.
+
+Wheels that are worn, or told in another unit, tell each way short or long by the same factor. The
+matches measure it. And wheels that stand while the scan moves tell nothing.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from labkit.correspondences import MIN_PAIRS
+from labkit.odometry.carried import mask_repeats
+from labkit.scan import Scan
+from labkit.support.arrays import FloatArray
+from labkit.target import Target
+
+REST_SHIFT = 0.02  # [m]: wheels that shift more do not stand
+REST_TURN = math.radians(0.5)  # [rad]: nor do wheels that turn more
+SAME_VIEW_SHARE = 0.9  # of a scan's points that repeat those of the scan before, at a stand
+MIN_SHIFT = 0.05  # [m]: wheels and matches that drive less tell no scale
+SCALE_HISTORY = 40  # matched steps that tell the scale of the wheels
+USUAL_SCALES = (1.0,) * 10  # stand in for this history when a run begins
+
+
+def is_at_rest(told: FloatArray) -> bool:
+    """True if wheels tell that the robot stands."""
+    x, y, turn = told.tolist()
+    return math.hypot(x, y) <= REST_SHIFT and abs(turn) <= REST_TURN
+
+
+def scale_of(told: FloatArray, measured: FloatArray) -> float:
+    """How many times as far as the wheels told a match measured; NaN if either hardly moved."""
+    if min(np.hypot(*told[:2]), np.hypot(*measured[:2])) < MIN_SHIFT:
+        return math.nan
+    return float(measured[:2] @ told[:2] / (told[:2] @ told[:2]))
+
+
+def believable_wheels(
+    told: FloatArray | None,
+    scales: tuple[float, ...],
+    scan: Scan,
+    last_scan: Target | None,
+) -> FloatArray | None:
+    """What the wheels told, times the median of the last scales.
+
+    None if they told that the robot stands while the scan has moved.
+    """
+    if told is None:
+        return None
+    if is_at_rest(told) and last_scan is not None and len(scan) >= MIN_PAIRS:
+        share = np.mean(mask_repeats(scan, last_scan))
+        if share < SAME_VIEW_SHARE:
+            return None
+    scale = float(np.median([*scales, *USUAL_SCALES]))
+    return told * np.array([scale, scale, 1.0])
