@@ -256,14 +256,14 @@ def _decisions(result: OdometryResult, seconds: float) -> str:
     """Summary of where the steps came from."""
     steps = len(result.records) - 1
     search = result.count(Decision.SEARCH)
-    matched = search + result.count(Decision.ICP)
+    matched = sum(record.decision.matched for record in result.records)
     prior = result.count(Decision.PRIOR)
     skipped = result.count(Decision.HOLD, Decision.STAND)
     degenerate = sum(record.degenerate for record in result.records)
     doubtful = sum(record.is_doubtful for record in result.records)
     return (
         f"{steps} steps in {seconds:.1f} s of processor time ({1e3 * seconds / steps:.2f} ms a "
-        f"step): {matched} from ICP ({search} after a search, {result.against_prior} against the "
+        f"step): {matched} matched ({search} after a search, {result.against_prior} against the "
         f"prior), {prior} from the prior, {skipped} skipped; {degenerate} degenerate, "
         f"{doubtful} doubtful"
     )

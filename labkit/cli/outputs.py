@@ -119,13 +119,14 @@ def _stamps(log: Log) -> FloatArray:
 
 def _cells(record: StepRecord) -> list[str]:
     ending = record.termination
+    was_matched = record.decision.matched or ending is not None
     told = (getattr(record, name) for name in OF_A_MATCH)
     return [
         record.decision.value,
         _number(record.is_doubtful),
         *map(_number, record.increment),
         *map(_number, record.covariance[np.triu_indices(3)]),
-        *("" if ending is None else _number(value) for value in told),
+        *(_number(value) if was_matched else "" for value in told),
         "" if ending is None else ending.name.lower(),
         record.reason,
     ]

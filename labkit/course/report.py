@@ -88,7 +88,7 @@ def quality_table(records: Sequence[StepRecord]) -> Table:
         ("inlier RMSE [m]", "rmse", ".3f"),
         ("information [–]", "information", ".3f"),
     ):
-        values = [getattr(record, field) for record in steps if record.termination is not None]
+        values = [getattr(record, field) for record in steps if math.isfinite(record.rmse)]
         finite = [value for value in values if math.isfinite(value)]
         if finite:
             low, middle, high = np.percentile(finite, [5.0, 50.0, 95.0])

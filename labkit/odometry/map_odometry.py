@@ -138,7 +138,7 @@ class MapOdometry(Odometry[MapState]):
             at_wheels = stay(scan, target, expected, self.parameters.icp)
             if at_wheels.agreement > 0.0 and at_wheels.agreement >= best.agreement:
                 best = at_wheels
-                decision = Decision.ICP
+                decision = Decision.CONFIRMED
         record = record_of_best(best, margin, T_map_last, decision)
         least = MIN_SCORE if prior is None else min_score(state.scores)
         if best.score > least:
@@ -153,7 +153,7 @@ def record_of_best(
     """The record of a step that takes the best of its matches."""
     increment = to_xytheta(invert(T_map_last) @ best.T)
     record = record_of_match(best.result, increment, decision, T_map_last)
-    if not best.result.termination.failed and best.result.iterations == 0:
+    if decision is Decision.CONFIRMED:
         record = replace(record, termination=None)  # the scan as it lies: no run of ICP ended
     return replace(record, agreement=best.agreement, score=best.score, margin=margin)
 
@@ -162,8 +162,6 @@ def believe(record: StepRecord, prior: FloatArray | None, limits: SanityLimits) 
     """The record of a match that is believed, also where it lies against the prior."""
     reasons = [] if prior is None else prior_failures(record.increment, prior, limits)
     against_prior = bool(reasons)
-    if record.termination is None:
-        reasons.append("the scan lies on the map at the wheels' own pose as well as matched")
     if record.ambiguous:
         reasons.append(f"ambiguous: the scan fits elsewhere, too ({record.margin:+.3f})")
     evidence = record.evidence._replace(std=unknown_std(prior, limits))

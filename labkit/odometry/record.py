@@ -25,10 +25,15 @@ MIN_MARGIN = 0.05  # of agreement: a match that exceeds another place by less is
 
 
 class Decision(Enum):
-    """Source of a step's motion; STAND holds no motion at all."""
+    """Source of a step's motion.
+
+    CONFIRMED is the wheels' pose where the scan lies on the map as well as matched; STAND holds no
+    motion at all.
+    """
 
     START = "start"
     ICP = "icp"
+    CONFIRMED = "confirmed"
     RETRY = "retry"
     SEARCH = "search"
     PRIOR = "prior"
@@ -37,8 +42,8 @@ class Decision(Enum):
 
     @property
     def matched(self) -> bool:
-        """True if the motion came from matching the scans."""
-        return self in (Decision.ICP, Decision.RETRY, Decision.SEARCH)
+        """True if the scan was matched, or confirmed what the wheels told."""
+        return self in (Decision.ICP, Decision.CONFIRMED, Decision.RETRY, Decision.SEARCH)
 
 
 class Evidence(NamedTuple):
@@ -81,9 +86,9 @@ class StepRecord:
     degenerate : bool
         Whether the match leaves a direction free.
     iterations : int
-        ICP steps of the match; 0 where the wheels' own pose agrees as well.
+        ICP steps of the match; 0 where the scan confirmed the wheels.
     termination : Termination or None
-        How the match ended; None without one, and where the wheels' own pose agrees as well.
+        How the match ended; None without one.
     agreement : float
         1 where all of the scan lies on the map, 0 where none does, less where beams look through
         its walls; of the lab's odometry alone, as the next three.

@@ -54,4 +54,4 @@ def believable_wheels(
         if share < SAME_VIEW_SHARE:
             return None
     scale = float(np.median([*scales, *USUAL_SCALES]))
-    return told * np.array([scale, scale, 1.0])
+    return np.asarray(told * np.array([scale, scale, 1.0]))

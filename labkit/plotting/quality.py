@@ -98,12 +98,13 @@ def _draw_signal(
 
 
 def _draw_decisions(ax: Axes, steps: FloatArray, decisions: Sequence[Decision]) -> None:
-    """Draw a row for ICP and for each fallback that occurred, with a tick for each of its steps."""
-    rows = [Decision.ICP, *(fallback for fallback in FALLBACKS if fallback in decisions)]
+    """Draw a row for ICP and for each other decision, with a tick for each of its steps."""
+    others = (Decision.CONFIRMED, *FALLBACKS)
+    rows = [Decision.ICP, *(decision for decision in others if decision in decisions)]
     for row, row_decision in enumerate(rows):
         row_steps = steps[[decision is row_decision for decision in decisions]]
         color, marker = FALLBACKS.get(row_decision, (GREY, "|"))
-        are_many = row_decision is Decision.ICP
+        are_many = row_decision not in FALLBACKS
         height = np.full(len(row_steps), row)
         ax.plot(row_steps, height, marker, color=color, ms=6, rasterized=are_many)
         count = f"{len(row_steps):,}"

@@ -102,8 +102,8 @@ def test_a_match_that_scores_no_more_than_the_wheels_leaves_the_step_to_them():
     record = step(older, newer, MOTION)
 
     np.testing.assert_allclose(record.increment, MOTION, atol=1e-12)
-    assert (record.iterations, record.termination) == (0, None)
-    assert record.reason == "the scan lies on the map at the wheels' own pose as well as matched"
+    assert record.decision is Decision.CONFIRMED
+    assert (record.iterations, record.termination, record.reason) == (0, None, "")
     assert not record.is_doubtful
 
 

@@ -83,6 +83,15 @@ def test_decisions_are_named_and_counted(drawn):
     assert axes[0].get_title() == "Quality of 102 steps, 7 of them fell back"
 
 
+def test_a_step_that_confirmed_the_wheels_has_a_row_and_is_no_fallback():
+    records = make_records([Decision.START, *[Decision.ICP] * 5, Decision.CONFIRMED])
+
+    axes = plot_quality(book_figure(7.0), records, limits=LIMITS)
+
+    assert [label.get_text() for label in axes[4].get_yticklabels()] == ["icp", "confirmed"]
+    assert axes[0].get_title() == "Quality of 6 steps, 0 of them fell back"
+
+
 def test_a_run_without_any_match_is_drawn():
     records = [StepRecord(increment=np.zeros(3), decision=Decision.STAND)] * 3
     figure = book_figure(7.0)
