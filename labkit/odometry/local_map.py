@@ -64,7 +64,8 @@ class LocalMap(NamedTuple):
 
         The map moves into the frame of this scan, and loses the oldest one beyond `KEY_SCANS`.
         """
-        cells = np.floor(newest.points / MAP_CELL) @ [1.0, 1j]
+        column, row = np.floor(newest.points / MAP_CELL).T
+        cells = column + 1j * row  # one number a cell: sorted in a tenth of the time of a pair
         first_of_cell = np.sort(np.unique(cells, return_index=True)[1])
         points = newest.points[first_of_cell]
         normals = newest.normals[first_of_cell]

@@ -70,15 +70,21 @@ class Expectation(NamedTuple):
 
     def fill_free(self, T: FloatArray, observability: Information) -> FloatArray:
         """The pose T, moved to the likeliest expected pose along the directions that are free."""
-        x, y, turn = observability.free
-        is_shift = np.hypot(x, y) > np.abs(turn)
-        shifts = observability.free.T[is_shift]
-        free = shifts[:, :2] / np.hypot(shifts[:, :1], shifts[:, 1:2])
+        free = free_shifts(observability)
         likeliest = self.poses[int(self.distance(T, free).argmin())]
         offset = likeliest[:2, 2] - T[:2, 2]
         T_filled = T.copy()
         T_filled[:2, 2] += (offset @ free.T) @ free
         return T_filled
+
+
+def free_shifts(observability: Information) -> FloatArray:
+    """Unit vectors along the free directions that shift more than they turn, shape (F, 2)."""
+    shifts = observability.free[:2].T
+    turns = np.abs(observability.free[2])
+    lengths = np.hypot(shifts[:, 0], shifts[:, 1])
+    is_shift = lengths > turns
+    return np.asarray(shifts[is_shift] / lengths[is_shift, None])
 
 
 def expect(
