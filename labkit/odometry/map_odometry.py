@@ -127,7 +127,7 @@ class MapOdometry(Odometry[MapState]):
         motions = np.array([state.last_motion, *state.motions])
         expected = expect(T_map_last, prior, motions, state.T_last_refused)
         matches: list[Match] = []
-        for candidates in propose(scan, target, T_map_last, expected, limits):
+        for candidates in propose(scan, target, expected, limits):
             for T_guess in candidates:
                 matches.append(match(scan, target, T_guess, expected, self.parameters.icp))
             best, margin = choose(matches)

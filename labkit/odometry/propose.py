@@ -1,7 +1,8 @@
 """Candidates for the motion of a step: poses from which ICP is worth trying.
 
 What a robot does next is expected: by its wheels, or, without wheels, to be like one of its last
-motions. Where the match that begins there is poor, a search looks around the last pose.
+motions. Where the match that begins there is poor, a search looks around the wheels' pose, or
+around the last one.
 """
 
 from __future__ import annotations
@@ -15,19 +16,19 @@ import numpy as np
 from labkit.line_alignment import Information
 from labkit.odometry.sanity import SanityLimits
 from labkit.odometry.search import MAX_STARTS, drop_duplicates, search
-from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
-SEARCH_FACTOR = 1.5  # reach of the search over the longest of the last motions
+SEARCH_FACTOR = 1.5  # reach of a search over the longest of the last motions,
+WHEEL_SEARCH_FACTOR = 3.0  # and beside wheels over their usual error
 
 WHEEL_SHIFT_ERROR = 0.1  # [m]: usual error of wheels at rest
 DOUBLING_SHIFT = 0.5  # [m]: so long a motion adds the error at rest once more,
 DOUBLING_TURN = math.radians(20.0)  # [rad]: and so does a turn this large
 WHEEL_TURN_ERROR = math.radians(30.0)  # [rad]: wheels tell a turn less well than a shift
-WHEEL_COST = 0.5  # of agreement, at most, for a motion unlike that of the wheels
+WHEEL_COST = 0.4  # of agreement, at most, for a motion unlike that of the wheels
 MOTION_SHIFT_CHANGE = 0.5  # [m]: usual change from one motion to the next
 MOTION_TURN_CHANGE = math.radians(20.0)  # [rad]: the same, of the turn
 MOTION_COST = 0.1  # of agreement, at most, for a motion unlike the last ones
@@ -48,6 +49,9 @@ class Expectation(NamedTuple):
     turn: float  # usual error [rad]
     max_cost: float  # of a pose that is unlike all
     sure_score: float  # of a match that needs no search
+    T_search: FloatArray  # (3, 3): the pose around which a search looks
+    search_shift: float  # how far it looks at least [m]
+    search_turn: float  # the same, to either side [rad]
 
     def distance(self, T: FloatArray, free: FloatArray | None = None) -> FloatArray:
         """Squared distance u of T from each pose that it is judged by, over the usual error.
@@ -107,6 +111,9 @@ def expect(
             turn=MOTION_TURN_CHANGE,
             max_cost=MOTION_COST,
             sure_score=SURE_SCORE_ALONE,
+            T_search=T_map_last,
+            search_shift=SEARCH_FACTOR * float(np.hypot(motions[:, 0], motions[:, 1]).max()),
+            search_turn=SEARCH_FACTOR * float(np.abs(motions[:, 2]).max()),
         )
     x, y, turn = prior.tolist()
     growth = 1.0 + math.hypot(x, y) / DOUBLING_SHIFT + abs(turn) / DOUBLING_TURN
@@ -122,20 +129,22 @@ def expect(
         turn=WHEEL_TURN_ERROR,
         max_cost=WHEEL_COST,
         sure_score=min(SURE_SCORE_ALONE, SURE_SCORE_AT_REST + SURE_SCORE_SLOPE * shift_error),
+        T_search=T_map_last @ by_wheels[0],
+        search_shift=WHEEL_SEARCH_FACTOR * shift_error,
+        search_turn=SEARCH_FACTOR * abs(turn),
     )
 
 
 def propose(
-    scan: Scan, target: Target, T_map_last: FloatArray, expected: Expectation, limits: SanityLimits
+    scan: Scan, target: Target, expected: Expectation, limits: SanityLimits
 ) -> Iterator[list[FloatArray]]:
     """Candidates in rounds, each tried only if no match of those before is sure.
 
-    The most expected pose; then the other expected ones, and those that a search finds. The search
-    reaches as far as the limits, or `SEARCH_FACTOR` times the longest expected motion.
+    The most expected pose; then the other expected ones, and those that a search finds, as far as
+    the limits of a motion reach, or farther if that is expected.
     """
     yield [expected.poses[0]]
-    motions = [step_length(T_map_last, T) for T in expected.poses]
-    max_shift = max(limits.max_translation, *(SEARCH_FACTOR * shift for shift, _ in motions))
-    max_turn = max(limits.max_rotation, *(SEARCH_FACTOR * turn for _, turn in motions))
+    max_shift = max(limits.max_translation, expected.search_shift)
+    max_turn = min(max(limits.max_rotation, expected.search_turn), math.pi)
     others = drop_duplicates(expected.poses, MAX_STARTS)[1:]
-    yield [*others, *search(scan, target, T_map_last, (max_shift, min(max_turn, math.pi)))]
+    yield [*others, *search(scan, target, expected.T_search, (max_shift, max_turn))]

@@ -142,11 +142,35 @@ def test_nothing_is_searched_for_unless_it_is_asked_for(monkeypatch):
     monkeypatch.setattr("labkit.odometry.propose.search", refuse)
     newer, target = two_scans()
     expected = expect(np.eye(3), MOTION, np.zeros((1, 3)))
-    rounds = propose(newer, target, np.eye(3), expected, SanityLimits())
+    rounds = propose(newer, target, expected, SanityLimits())
 
     np.testing.assert_allclose(next(rounds), [from_xytheta(MOTION)])
     with pytest.raises(AssertionError, match="searched"):
         next(rounds)
+
+
+@pytest.mark.parametrize(
+    ("prior", "around", "shift", "turn"),
+    [
+        (None, [0.0, 0.0, 0.0], 1.5 * 4.0, 1.5 * 2.0),
+        ([8.0, 0.0, 0.0], [8.0, 0.0, 0.0], 3.0 * 0.1 * (1.0 + 8.0 / 0.5), math.pi / 2.0),
+        ([0.1, 0.0, 1.8], [0.1, 0.0, 1.8], 2.0, 1.5 * 1.8),
+    ],
+)
+def test_a_search_looks_around_the_wheels_as_far_as_they_err(
+    monkeypatch, prior, around, shift, turn
+):
+    asked = []
+    monkeypatch.setattr("labkit.odometry.propose.search", lambda *each: asked.append(each) or [])
+    newer, target = two_scans()
+    told = None if prior is None else np.array(prior)
+    expected = expect(np.eye(3), told, np.array([[0.1, 0.0, 2.0], [4.0, 0.0, 0.0]]))
+
+    list(propose(newer, target, expected, SanityLimits()))
+
+    ((_, _, T, window),) = asked
+    np.testing.assert_allclose(T, from_xytheta(around))
+    assert window == pytest.approx((shift, turn))
 
 
 def matches_of(*scores):
@@ -186,15 +210,3 @@ def test_the_lower_the_last_scores_the_more_a_match_must_score():
 
     assert least == sorted(least, reverse=True)
     assert least[0] > 1.0 > least[2] > least[-1] == min_score([]) == MIN_SCORE
-
-
-def test_a_match_that_fits_fairly_overrules_wheels_that_jump_and_none_far_away():
-    """A turn of 60° costs a match less than the way through a whole room."""
-    told = np.array([0.5, 0.0, 0.0])
-    jump = np.array([0.5, 0.0, math.radians(60.0)])
-    far = np.array([12.0, 9.0, 0.0])
-    expected = expect(np.eye(3), told, np.zeros((1, 3)))
-    agreement = 0.55
-
-    assert agreement - expected.cost(from_xytheta(jump)) > MIN_SCORE
-    assert agreement - expected.cost(from_xytheta(far)) < MIN_SCORE
