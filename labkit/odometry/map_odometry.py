@@ -29,12 +29,14 @@ from labkit.odometry.match import Match, match, stay
 from labkit.odometry.propose import expect, propose
 from labkit.odometry.record import STILL, Decision, Evidence, StepRecord, no_match, record_of_match
 from labkit.odometry.sanity import SanityLimits, prior_failures, unknown_std
-from labkit.odometry.wheels import SCALE_HISTORY, believable_wheels, scale_of
+from labkit.odometry.wheels import SCALE_HISTORY, believable_wheels, is_frozen, scale_of
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, relative, to_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
+NOTHING = Scan.from_points(np.empty((0, 2)))
+FROZEN = "the scan repeats the one before while the wheels moved: does the scanner hang?"
 MOTION_HISTORY = 20  # motions that a later step may repeat
 
 
@@ -109,12 +111,17 @@ class MapOdometry(Odometry[MapState]):
     ) -> tuple[StepRecord, MapState]:
         """One step: its record, and the state after it."""
         if state.scans == 0:
+            seen = scan
             record = StepRecord(increment=STILL, decision=Decision.START)
         else:
             wheels = believable_wheels(prior, state.scales, scan, state.last_scan)
             told = None if wheels is None else prior
-            record = replace(self.step(state, scan, wheels), prior=told)
-        return record, state.after(record, scan)
+            frozen = is_frozen(scan, state.last_scan, wheels)
+            seen = NOTHING if frozen else scan
+            record = replace(self.step(state, seen, wheels), prior=told)
+            if frozen:
+                record = replace(record, reason=FROZEN)
+        return record, state.after(record, seen)
 
     def step(self, state: MapState, scan: Scan, prior: FloatArray | None) -> StepRecord:
         """Propose, match, score and choose."""
@@ -136,7 +143,7 @@ class MapOdometry(Odometry[MapState]):
         decision = Decision.ICP if best is matches[0] else Decision.SEARCH
         if prior is not None:
             at_wheels = stay(scan, target, expected, self.parameters.icp)
-            if at_wheels.agreement > 0.0 and at_wheels.agreement >= best.agreement:
+            if at_wheels.agreement >= max(best.agreement, MIN_SCORE):
                 best = at_wheels
                 decision = Decision.CONFIRMED
         record = record_of_best(best, margin, T_map_last, decision)

@@ -1,7 +1,8 @@
 """What the wheels tell of a step, as far as matches bear it out.
 
 Wheels that are worn, or told in another unit, tell each way short or long by the same factor. The
-matches measure it. And wheels that stand while the scan moves tell nothing.
+matches measure it. Wheels that stand while the scan moves tell nothing; nor does a scan that
+repeats the one before to the last digit, while the wheels move.
 """
 
 from __future__ import annotations
@@ -35,6 +36,13 @@ def scale_of(told: FloatArray, measured: FloatArray) -> float:
     if min(np.hypot(*told[:2]), np.hypot(*measured[:2])) < MIN_SHIFT:
         return math.nan
     return float(measured[:2] @ told[:2] / (told[:2] @ told[:2]))
+
+
+def is_frozen(scan: Scan, last_scan: Target | None, told: FloatArray | None) -> bool:
+    """True if a scan repeats the last one to the last digit, and the wheels tell a motion."""
+    if told is None or last_scan is None or is_at_rest(told):
+        return False
+    return np.array_equal(scan.points, last_scan.points)
 
 
 def believable_wheels(

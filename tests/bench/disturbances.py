@@ -262,12 +262,12 @@ DISTURBANCES: dict[str, tuple[Change, str]] = {
     "empty scans": (empty, "One scan in ten has no points: the wheels carry that step."),
     "a frozen scanner": (
         frozen,
-        "It looks like wheels that fail: a match that does not move is believed.",
+        "A scan that repeats the one before, while the wheels move, is left out.",
     ),
-    "wheels + 10 %": (scaled(1.1), "Each match starts 0.1 m too far, within reach of the gate."),
+    "wheels + 10 %": (scaled(1.1), "The factor is learned from the first matches."),
     "wheels − 20 %": (
         scaled(0.8),
-        "Along corridors as wrong as the wheels; on acapulco matches score too little beside them.",
+        "The factor is learned from the matches, but along corridors nothing measures it.",
     ),
     "wheels jump 30–80°": (jumps, "More unlike the last motions than a match with support is."),
     "wheels slip 0.5–2 m": (slips, "Short slips lie within the window around the wheels."),

@@ -118,6 +118,27 @@ def test_a_scan_that_fits_nowhere_leaves_the_step_to_the_wheels():
     np.testing.assert_array_equal(record.increment, PRIOR)
 
 
+def test_a_scanner_that_hangs_leaves_its_steps_to_the_wheels():
+    """Else wheels that move beside a scan that does not look like wheels that slip."""
+    hanging = [*SCANS[:5], *[SCANS[4]] * 4, *SCANS[9:]]
+
+    run = estimate_odometry(hanging, PRIORS, start=TRUTH[0])
+
+    frozen = [record for record in run.records if "does the scanner hang" in record.reason]
+    assert frozen == list(run.records[5:9])
+    assert {record.decision for record in frozen} == {Decision.PRIOR}
+    assert np.abs(run.poses - TRUTH).max() < 0.05
+
+
+def test_a_scan_that_repeats_beside_wheels_that_stand_is_matched():
+    older, _ = two_scans(room())
+
+    record = step(older, older, STILL)
+
+    assert record.decision.matched
+    np.testing.assert_allclose(record.increment, STILL, atol=1e-9)
+
+
 def test_where_the_last_scans_fitted_too_little_the_wheels_lead():
     older, newer = two_scans(room())
     state = MapState(STILL, 1, LocalMap(Target(older)), scores=(0.2,) * SCORE_HISTORY)
