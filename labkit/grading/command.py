@@ -6,7 +6,7 @@ import argparse
 import contextlib
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +18,7 @@ from labkit.grading.classroom.gradescope import write_autograder
 from labkit.grading.classroom.handins import LAYOUTS, Submission, find_submissions
 from labkit.grading.classroom.marks import read_adjustments, read_roster
 from labkit.grading.classroom.pages import templates
-from labkit.grading.classroom.results import SHOWN, Results, some
+from labkit.grading.classroom.results import SHOWN, Results, some, written_files
 from labkit.grading.classroom.store import VERDICTS, Record, read_records, write_record
 from labkit.grading.grade import FIRST, TakesLong, grade_one
 from labkit.grading.questions import (
@@ -98,6 +98,7 @@ def _parser(
 
 def autograder(args: argparse.Namespace) -> int:
     """Write Gradescope's archive."""
+    _refuse_same([args.secret], [Path(args.file)], "FILE")
     assignment = _load(args)
     os.umask(0o077)  # what is written is for its owner alone
     write_autograder(args.file, args.assignment)
@@ -110,6 +111,8 @@ def grade(args: argparse.Namespace) -> int:
     check_count(args.jobs, "jobs", at_least=1)
     check_range(args.seconds, "seconds", above=0.0, at_most=600.0, unit="s")
     out = Path(args.out)
+    read = [args.submissions, args.secret, *(args.canvas or [])[:1], args.moodle]
+    _refuse_same(read, written_files(out), "--out")
     templates()  # or say what they need, before the work
     submissions, lost, remarks = find_submissions(args.submissions, layout=args.layout, out=out)
     for remark in remarks[:SHOWN]:
@@ -171,6 +174,18 @@ def grade(args: argparse.Namespace) -> int:
         f"{', '.join(modes) or 'none needed'}). Results are in {out}\n"
     )
     return 1 if failures or lost else 0
+
+
+def _refuse_same(read: Iterable[str | None], written: Iterable[Path], choice: str) -> None:
+    """Refuse to write over a file that is read, under whatever name."""
+    outputs = [path for path in written if path.is_file()]
+    for source in filter(None, read):
+        for path in outputs:
+            if os.path.isfile(source) and os.path.samefile(source, path):
+                raise LabkitError(
+                    f"{source}: is to be read, and the results would be written over it, as "
+                    f"{path}; choose another {choice}, or read a copy under another name"
+                )
 
 
 def _load(args: argparse.Namespace) -> Assignment:

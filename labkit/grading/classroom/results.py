@@ -17,12 +17,21 @@ from labkit.grading.classroom.marks import (
     make_marks,
 )
 from labkit.grading.classroom.pages import student_page, write_pages
-from labkit.grading.classroom.store import Record, file_name
+from labkit.grading.classroom.store import VERDICTS, Record, file_name
 from labkit.grading.judge.verdict import SubmissionVerdict
 from labkit.grading.questions import Assignment
 from labkit.support.files import atomic_write
 
 SHOWN = 5  # names in a message
+WRITTEN = ("scores.csv", "canvas.csv", "moodle.csv", "index.html", "feedback.zip", "handed_out.py")
+FOLDERS = ("code", "students", VERDICTS)
+
+
+def written_files(out: Path) -> list[Path]:
+    """The files in the folder of results that a run may write over."""
+    return [out / name for name in WRITTEN] + [
+        path for folder in FOLDERS for path in (out / folder).glob("*")
+    ]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -288,6 +288,24 @@ def test_a_mistake_is_told_before_the_work(arguments, message, grade, tmp_path, 
     assert not (tmp_path / "grades").exists()
 
 
+@pytest.mark.parametrize("place", ["grades/canvas.csv", "grades/scores.csv", "book.csv"])
+def test_no_result_is_written_over_a_gradebook(place, grade, tmp_path, capsys):
+    """Law 5: ``--out`` beside the download, or a link to it, once lost the whole gradebook."""
+    hand_in(tmp_path / "class", 1)
+    text = "Student,ID,Lab 1 (7),Final\nAda,1,,9\n"
+    write(tmp_path, [place], text)
+    Path("grades").mkdir(exist_ok=True)
+    if place == "book.csv":
+        Path("grades/canvas.csv").symlink_to(tmp_path / place)
+
+    assert grade("class", "--canvas", place, "Lab 1") == 1
+
+    err = capsys.readouterr().err
+    assert f"{place}: is to be read" in err
+    assert "choose another --out" in err
+    assert Path(place).read_text(encoding="utf-8") == text
+
+
 @pytest.mark.slow
 def test_a_cluster_gives_the_same_marks(grade, tmp_path):
     """Takes some ten seconds; buys `--cluster`."""
