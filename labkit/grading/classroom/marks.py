@@ -67,8 +67,13 @@ def make_marks(
     for student, group in roster.groups.items():
         if group in records:
             name = roster.names.get(student, student)
-            verdicts[student] = replace(verdicts[group], student=student, submission=name)
-            late[student] = late[group]
+            notes = records[group].verdict.notes
+            if student in records and student != group:
+                notes += (f"The hand-in of {group} counts for you, and not one of your own.",)
+            verdicts[student] = replace(
+                records[group].verdict, student=student, submission=name, notes=notes
+            )
+            late[student] = records[group].late
     with_points = {student for student, item in adjustments if item != "late"} - {CLASS}
     marks = []
     for student in sorted({*verdicts, *with_points} - roster.teams):
@@ -189,11 +194,20 @@ def read_roster(out: Path, handed_in: Mapping[str, str], people: Mapping[str, st
 
     A group is the name of the folder, file or student in `handed_in` that holds for all of its
     members. One that fits none of them is refused, unless all hand-ins have their students: then it
-    handed in nothing.
+    handed in nothing. A student with two lines is refused, and so is a group that is a student with
+    another group.
     """
     path = out / "roster.csv"
     _, rows = read_rows(path, ["student"]) if path.exists() else ([], [])
     listed = [(line, row) for line, row in rows if row["student"]]
+    lines = dict[str, int]()
+    for line, row in listed:
+        first = lines.setdefault(row["student"], line)
+        if first != line:
+            raise LabkitError(
+                f"{path}: lines {first} and {line}: {row['student']!r} is listed twice; keep one "
+                f"of the lines"
+            )
     names = {row["student"]: row.get("name") or row["student"] for _, row in listed}
     names.update(people)
     known = {*handed_in, *handed_in.values()}
@@ -203,6 +217,13 @@ def read_roster(out: Path, handed_in: Mapping[str, str], people: Mapping[str, st
         for student, (line, group) in cells.items()
         if group in known
     }
+    for student, group in groups.items():
+        further = groups.get(group, group)
+        if further != group:
+            raise LabkitError(
+                f"{path}: line {lines[student]}: {group!r} is to hand in for {student!r}, but "
+                f"{further!r} for {group!r}, on line {lines[group]}; write one name in both lines"
+            )
     strangers = {
         student: name
         for student, name in handed_in.items()

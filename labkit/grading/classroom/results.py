@@ -57,7 +57,18 @@ class Results:
         self._write_code(records)
         returned = [*marks, *make_group_marks(records, self.adjustments, self.roster)]
         self._pack_feedback(returned)
-        return [*self._remarks(marks, missing), *self._fill_books(marks)]
+        remarks = [*self._remarks(marks, missing), *self._fill_books(marks)]
+        replaced = [
+            student
+            for student, group in self.roster.groups.items()
+            if student != group and {student, group} <= records.keys()
+        ]
+        if replaced:
+            remarks.append(
+                f"{len(replaced)} handed in alone, and have the mark of the group in roster.csv: "
+                f"{some(replaced)}"
+            )
+        return remarks
 
     def _remarks(
         self, marks: Sequence[SubmissionVerdict], missing: Mapping[str, str]

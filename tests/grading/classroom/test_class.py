@@ -111,6 +111,21 @@ def test_a_group_has_one_mark_for_all_members(grade, tmp_path):
     assert scores() == {"ada": 3.5, "emmy": 3.5, "zoe": 5.0}
 
 
+def test_a_hand_in_beside_the_group_s_is_told(grade, tmp_path, capsys):
+    write(tmp_path / "class", ["red/a.py"], SQUARED)
+    write(tmp_path / "class", ["ada/a.py"], RIGHT)
+    write(tmp_path, ["grades/roster.csv"], "student,group\nada,red\nemmy,red\n")
+
+    assert grade("class") == 0
+
+    assert scores() == {"ada": 3.5, "emmy": 3.5}
+    assert "1 handed in alone, and have the mark of the group in roster.csv: ada" in (
+        capsys.readouterr().err
+    )
+    pages = [Path(f"grades/students/{one}.html").read_text("utf-8") for one in ("ada", "emmy")]
+    assert ["The hand-in of red counts for you" in page for page in pages] == [True, False]
+
+
 def test_what_a_group_is_given_holds_for_its_members_and_what_one_is_given_stays_private(
     grade, tmp_path
 ):

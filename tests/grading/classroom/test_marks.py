@@ -172,6 +172,24 @@ def test_points_for_one_who_handed_in_nothing_are_kept(decide, marks):
     ]
 
 
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        (["ada,red", "ada,blue"], "lines 2 and 3: 'ada' is listed twice; keep one"),
+        (["ann,ada", "ada,red"], "line 2: 'ada' is to hand in for 'ann', but 'red' for 'ada', on"),
+        (["ada,red", "ann,ada"], "'red' for 'ada', on line 2; write one name in both lines"),
+    ],
+)
+def test_a_roster_with_two_marks_for_one_student_is_refused(lines, message, tmp_path):
+    """The order of its lines once chose the mark."""
+    (tmp_path / "roster.csv").write_text("\n".join(["student,group", *lines]), encoding="utf-8")
+
+    with pytest.raises(LabkitError) as error:
+        read_roster(tmp_path, {name: name for name in ("ada", "red", "blue")}, {})
+
+    assert message in str(error.value)
+
+
 def test_who_hands_in_for_others_keeps_the_mark(small):
     """A student, not a folder: the roster leaves the own cell empty."""
     roster = Roster({"ada": "Ada", "emmy": "Emmy"}, {"emmy": "ada"})
