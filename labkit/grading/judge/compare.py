@@ -137,9 +137,14 @@ def recognise(
 
 
 def _relations(question: Question, results: Sequence[tuple[Case, Value, bool]]) -> list[str]:
-    """The relations to the right answers that all answers have."""
+    """The relations to the right answers that all answers have.
+
+    A relation that leaves a right answer as it is explains no wrong one: what is positive has lost
+    no sign.
+    """
     shared = list(relations(question.answer, results[0][0]))
-    for case, value, _ in results:
+    for case, value, passed in results:
+        unchanged = () if passed else _accepted_answers(question.answer, case)
         got = numbers(question.answer, value)
         if isinstance(got, str):
             return []
@@ -150,6 +155,7 @@ def _relations(question: Question, results: Sequence[tuple[Case, Value, bool]]) 
             if any(
                 _is_close(got, answer, _tolerance_at(question, case, answer))
                 for answer in related.get(sentence, ())
+                if not any(_is_close(answer, right, case.tolerance) for right in unchanged)
             )
         ]
     return shared

@@ -113,6 +113,17 @@ def test_answers_in_whole_numbers_that_fit_two_relations_fit_none():
         assert ("known mistake" in message) == (right == 1.0)
 
 
+def test_the_right_numbers_in_another_form_have_lost_no_sign():
+    """One (N, 2) array of positive numbers equals its absolute value."""
+    source, target = np.zeros((3, 2)), np.arange(1.0, 9.0).reshape(4, 2)
+    right = np.array([2, 0, 1]), np.array([0.5, 0.3, 0.2])
+
+    message = told(Answer.MATCHES, [right], [np.column_stack(right)], (source, target))
+
+    assert "expected two arrays" in message
+    assert "known mistake" not in message
+
+
 def test_no_relation_is_told_of_what_holds_no_number():
     """A division by zero: infinity is infinity's square, its half and its negative."""
     message = told(Answer.NUMBER, [2.3, 3.7], [np.inf, np.nan])
