@@ -1,8 +1,9 @@
 """From a submission's files to its verdict: run them in a box, call its functions, judge.
 
 Each question is asked with what its own cells left behind and, where that differs, with what the
-whole notebook left behind; the best verdict counts. One that calls wrong earlier ones is then asked
-its hidden cases once more with the right functions in their place (follow-through).
+whole notebook left behind; the best verdict counts. One that is wrong and calls earlier ones is
+then asked its hidden cases once more with right functions in their place (follow-through): of those
+that are wrong, and then of all, since one that passes may write into its arguments.
 
 All visible cases are asked before any hidden one: what a student reads of a visible case was
 written before a hidden input came into the box.
@@ -11,7 +12,7 @@ written before a hidden input came into the box.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from labkit.grading.box.outside import IN_ALL, Wall, open_wall
@@ -83,7 +84,7 @@ def _verdicts(sitting: Sitting, assignment: Assignment) -> Iterator[QuestionVerd
         ]
         for question in assignment.questions
     ]
-    failed: list[Question] = []
+    failed = set[str]()
     for place, question in enumerate(assignment.questions):
         cases = assignment.cases(question.id)
         hidden = [case for case in cases if case.hidden]
@@ -99,25 +100,64 @@ def _verdicts(sitting: Sitting, assignment: Assignment) -> Iterator[QuestionVerd
                 break
         own_verdict = max(tried, key=lambda verdict: verdict.score)
         verdict = own_verdict
-        replacements = {
-            callee.function: assignment.replacement(callee.id)
-            for callee in failed
-            if callee.function in sitting.calls.get(question.function, ())
+        ended = any(case.status in (Status.TOO_LONG, Status.KILLED) for case in own_verdict.cases)
+        callees = [
+            callee
+            for callee in assignment.questions[:place]
+            if callee.id in assignment.right
+            and callee.function in sitting.calls.get(question.function, ())
             and not any(map(callee.answers, assignment.questions[place:]))
-        }
-        if hidden and replacements and not own_verdict.passed:
-            best = _with_replacements(sitting, question, hidden, replacements)
-            if best.score > own_verdict.score:
-                names = ", ".join(f"`{name}`" for name in replacements)
+            and (callee.id in failed or not ended)  # else its time would be lost once more
+        ]
+        if hidden and callees and not own_verdict.passed:
+            lent_verdict = _follow_through(sitting, question, assignment, callees, failed)
+            if lent_verdict.score > own_verdict.score:
                 message = (
-                    f"{best.message} This was graded with the right {names} in place of yours: "
-                    f"with yours it would get {own_verdict.score:g} of {own_verdict.points:g} "
-                    f"points."
+                    f"{lent_verdict.message} With yours it would get {own_verdict.score:g} of "
+                    f"{own_verdict.points:g} points."
                 )
-                verdict = replace(best, replaced=tuple(replacements), message=message)
-        if not verdict.passed and question.id in assignment.right:
-            failed.append(question)
+                verdict = replace(lent_verdict, message=message)
+        if not verdict.passed:
+            failed.add(question.id)
         yield verdict
+
+
+def _follow_through(
+    sitting: Sitting,
+    question: Question,
+    assignment: Assignment,
+    callees: Sequence[Question],
+    failed: Collection[str],
+) -> QuestionVerdict:
+    """The best verdict with right functions in place of those that `failed`, or of more callees.
+
+    Where more are needed, it is one of those that pass their own cases, if one will do.
+    """
+
+    def lend(lent: Sequence[Question]) -> QuestionVerdict:
+        hidden = [case for case in assignment.cases(question.id) if case.hidden]
+        replacements = {callee.function: assignment.replacement(callee.id) for callee in lent}
+        best = _with_replacements(sitting, question, hidden, replacements)
+        names = ", ".join(f"`{name}`" for name in replacements)
+        message = f"{best.message} This was graded with the right {names} in place of yours."
+        suspects = [f"`{callee.function}`" for callee in lent if callee.id not in failed]
+        if suspects:
+            message += (
+                f" Cases of its own do not show what is wrong with {' or '.join(suspects)}: does "
+                f"it write into its arguments?"
+            )
+        return replace(best, replaced=tuple(replacements), message=message)
+
+    wrong = [callee for callee in callees if callee.id in failed]
+    others = [callee for callee in callees if callee.id not in failed]
+    best = lend(wrong) if wrong else None
+    if best and (best.passed or not others):
+        return best
+    with_all = lend(callees)
+    if best and best.score >= with_all.score:
+        return best
+    each = (lend([*wrong, callee]) for callee in others)
+    return next((one for one in each if one.score >= with_all.score), with_all)
 
 
 def _with_replacements(
@@ -156,12 +196,12 @@ def grade_one(
     files, unread = read_files(submission.files)
     if not submission.files:
         unread = (NO_FILES,)
-    mark = fingerprint(files, assignment, wall)
+    current = fingerprint(files, assignment, wall)
     late = submission.late
     if late is None:  # nobody says: what was said before holds
         late = record.late if record else 0.0
-    if record and record.fingerprint == mark:
+    if record and record.fingerprint == current:
         return replace(record, late=late)
     verdict, code = grade_submission(files, wall, assignment, submission.student, share=share)
     verdict = replace(verdict, submission=submission.name, unread=unread + verdict.unread)
-    return Record(verdict=verdict, fingerprint=mark, code=code, late=late)
+    return Record(verdict=verdict, fingerprint=current, code=code, late=late)

@@ -656,6 +656,32 @@ def test_experiments_without_an_end_cost_no_answer_and_end_no_box(graded, small)
     assert not any("ended the program" in note for note in verdict.notes), verdict.notes
 
 
+SIDE_EFFECTS = {  # of a function that is right, by its name
+    "overlap": "distances.sort()",
+    "nearest_neighbors": "source[:] = 0.0",
+    "icp_step": "T[:] = answer",
+}
+
+
+@pytest.mark.parametrize("name", SIDE_EFFECTS)
+def test_a_side_effect_costs_no_caller_and_is_told_by_its_name(name, graded):
+    """Law 2: what is written into an argument is seen by the caller alone."""
+    text = RIGHT[name]
+    effect = SIDE_EFFECTS[name]
+    arguments = ", ".join(parameters(name))
+    changed = text.replace(f"def {name}(", f"def right_{name}(") + (
+        f"\n\n\ndef {name}({arguments}):\n    answer = right_{name}({arguments})\n"
+        f"    {effect}\n    return answer\n"
+    )
+
+    verdict = graded({"a.ipynb": answered({name: changed})}, ASSIGNMENT)
+
+    assert verdict.score == 100.0, verdict.questions
+    told = [one.message for one in verdict.questions if one.replaced]
+    assert told
+    assert all(f"wrong with `{name}`: does it write" in message for message in told)
+
+
 def test_what_is_lent_to_a_module_is_taken_back(graded):
     """Law 2: a caller in the module, asked later, is told that one stood in for its own, too."""
     names = ("rotation", "wrap", "integrate")

@@ -276,7 +276,7 @@ def test_a_slip_costs_its_own_points_alone(graded):
     verdict = graded({"a.ipynb": answered(called | slip)}, ASSIGNMENT)
     assert {one.question for one in verdict.questions if not one.passed} == {"compose"}
     lent = next(one for one in verdict.questions if one.replaced)
-    assert "in place of yours: with yours it would get" in lent.message
+    assert "in place of yours. With yours it would get" in lent.message
 
 
 HANDS_LISTS = {  # to a function of its own that has a slip

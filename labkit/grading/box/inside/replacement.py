@@ -1,7 +1,11 @@
-"""Right functions in place of a student's, however the program reaches its own.
+"""Right functions in place of a student's, by whatever name the program keeps its own.
 
 A program keeps a function under its name, as a default argument, in a dict, in a partial. So each
-function that is asked for is made replaceable as soon as it is defined, before anything keeps it.
+function that is asked for is made replaceable as soon as the statement that defines it has run.
+
+Not replaced are what a decorator of that statement keeps of it, as in a table of functions, and a
+helper to which it hands its work on. A caller that has its name in a string alone, for `eval` or
+``globals()[...]``, is not known to call it, so that no right function is lent to it.
 """
 
 from __future__ import annotations
@@ -107,7 +111,8 @@ def in_form(value: Any, form: Any) -> Any:
         is_pair = len(form) == 2 and np.shape(form[0]) == (2, 2)
         value = as_pair(value) if is_pair else as_matrix(value)
         entries = value if isinstance(value, tuple) else np.atleast_1d(value)
-        forms = form if len(form) == len(entries) else [*form[:1], None][:1] * len(entries)
+        first = form[0] if form else None  # an empty one tells nothing
+        forms = form if len(form) == len(entries) else [first] * len(entries)
         make = getattr(form, "_make", type(form))  # of a named tuple
         return make([in_form(*pair) for pair in zip(entries, forms, strict=True)])
     array = np.asarray(as_matrix(value))
