@@ -142,10 +142,8 @@ def _follow_through(
         message = f"{best.message} This was graded with the right {names} in place of yours."
         suspects = [f"`{callee.function}`" for callee in lent if callee.id not in failed]
         if suspects:
-            message += (
-                f" Cases of its own do not show what is wrong with {' or '.join(suspects)}: does "
-                f"it write into its arguments?"
-            )
+            passing = " and ".join(suspects)
+            message += f" The cases of {passing} pass: does code in there write into an argument?"
         return replace(best, replaced=tuple(replacements), message=message)
 
     wrong = [callee for callee in callees if callee.id in failed]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from labkit.grading.box.inside import data
@@ -156,7 +157,7 @@ class Sitting:
             status = Status.TOO_LONG if self.seconds_left <= 0.0 else Status.NOT_DEFINED
             return [Outcome(status=status, message=self.faults.get(name, ""))] * len(cases)
         if self._hangs(name, state, replacements):
-            return [Outcome(status=Status.TOO_LONG)] * len(cases)
+            return [Outcome(status=Status.TOO_LONG, tried=False)] * len(cases)
         is_hidden = any(case.hidden for case in cases)
         self.is_sealed |= is_hidden
         seconds = patience * self.wall.seconds
@@ -179,8 +180,10 @@ class Sitting:
             self.close()
             is_timeout = isinstance(error, BoxTimeout)
             outcomes.append(Outcome(status=Status.TOO_LONG if is_timeout else Status.KILLED))
-        outcomes += outcomes[-1:] * (len(cases) - len(outcomes))
-        if outcomes[-1].status in (Status.TOO_LONG, Status.KILLED):
+        last = outcomes[-1]
+        untried = replace(last, tried=last.status is not Status.TOO_LONG)
+        outcomes += [untried] * (len(cases) - len(outcomes))
+        if last.status in (Status.TOO_LONG, Status.KILLED):
             self.hung.add((name, state, frozenset(replacements)))
         return [withhold(outcome) if is_hidden else outcome for outcome in outcomes]
 

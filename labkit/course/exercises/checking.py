@@ -234,7 +234,8 @@ def _outcomes(
                 outcomes.append(_outcome(case, function, called, in_place))
     except OutOfTime:
         late = Outcome(status=Status.TOO_LONG, message=f"it did not end within {SECONDS:g} seconds")
-        outcomes += [late] * (len(cases) - len(outcomes))
+        untried = [replace(late, tried=False)] * len(cases)
+        outcomes += [late, *untried][: len(cases) - len(outcomes)]
     return outcomes
 
 

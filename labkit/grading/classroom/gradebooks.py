@@ -78,7 +78,7 @@ class Gradebook(NamedTuple):
             messages = [
                 f"{question.title}: {question.message}"
                 for question in mark.questions
-                if not question.passed
+                if question.message and not question.passed
             ]
             comment = plain("<br>".join(map(html.escape, [*messages, *mark.remarks])))
             filled.append(person.row | {self.grade: score, COMMENT: comment})

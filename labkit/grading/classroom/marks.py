@@ -80,7 +80,8 @@ def make_marks(
         if student not in verdicts:
             nothing, _ = grade_submission({}, Wall(mode=""), assignment, student)
             name = roster.names.get(student, student)
-            verdicts[student] = replace(nothing, submission=name)
+            notes = (*nothing.notes, "Nothing was handed in.")
+            verdicts[student] = replace(nothing, submission=name, notes=notes)
         marks.append(_adjust(verdicts[student], late.get(student, 0.0), adjustments))
     return marks
 
@@ -113,7 +114,8 @@ def _adjust(verdict: SubmissionVerdict, days: float, adjustments: Adjustments) -
         prefix = f"{question.title}: set by your instructor to"
         suffix = f"of {question.points:g} points"
         score = decide(question.question, question.score, prefix, suffix)
-        questions.append(replace(question, score=score))
+        asked = question if verdict.is_graded else replace(question, cases=(), message="")
+        questions.append(replace(asked, score=score))
     score = sum(question.score for question in questions)
     score += decide("written", 0.0, "Written answers:", f"of {worth:g} points")
     points_given = bool(remarks)
@@ -233,7 +235,7 @@ def read_roster(out: Path, handed_in: Mapping[str, str], people: Mapping[str, st
         if student not in groups and strangers:
             hint = _hint(group, strangers)
             raise LabkitError(
-                f"{path}: line {line}: no hand-in is called {group!r}; {hint}. Leave the cell "
-                f"empty if the group handed in nothing"
+                f"{path}: line {line}: no hand-in is called {group!r} (leave the cell empty if "
+                f"the group handed in nothing); {hint}"
             )
     return Roster(names, groups)

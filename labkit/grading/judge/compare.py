@@ -23,6 +23,7 @@ ADVICE_ON = {
     "FileNotFoundError": "no file is there while grading, so keep the answers free of files",
     "EOFError": "nobody types while grading, so take `input` out",
 }
+NOT_TRIED = "it was not tried, since an earlier call took too long."
 ADVICE = {
     Status.NOT_DEFINED: "there is no function `{function}`{detail}.",
     Status.NOT_WRITTEN: "it is not written yet.",
@@ -262,6 +263,8 @@ def _tolerance_at(question: Question, case: Case, answer: FloatArray) -> FloatAr
 
 def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
     """Reason why there is nothing to compare; of a hidden case without the student's own words."""
+    if not outcome.tried:
+        return NOT_TRIED
     message = "" if case.hidden else outcome.message
     if outcome.status is Status.NO_ANSWER and message:
         return f"it {message}" + ("" if message.endswith("?") else ".")
@@ -284,8 +287,10 @@ def _message(
     """The message on the whole question, and whether it says the fault of every case."""
     passed = faults.count("")
     hidden_passed = [not fault for case, fault in zip(cases, faults, strict=True) if case.hidden]
-    visible_faults = [
-        fault for case, fault in zip(cases, faults, strict=True) if not case.hidden
+    tried_faults = [
+        fault
+        for case, outcome, fault in zip(cases, outcomes, faults, strict=True)
+        if outcome.tried and not case.hidden
     ] or faults
     if passed == len(cases):
         return "All cases pass." if hidden_passed else ALL_VISIBLE, True
@@ -298,8 +303,8 @@ def _message(
     if mistake:
         read_on = f" See {mistake.chapter}." if mistake.chapter else ""
         return f"This looks like a known mistake: {mistake.says}{read_on}", False
-    if passed == 0 and len(set(visible_faults)) == 1:
-        return f"No case passes: {visible_faults[0]}", True
+    if passed == 0 and len(set(tried_faults)) == 1:
+        return f"No case passes: {tried_faults[0]}", True
     message = f"{passed} of {len(cases)} cases pass."
     if passed and hidden_passed:
         message += f" Points are for the hidden ones: {sum(hidden_passed)} of {len(hidden_passed)}."

@@ -36,6 +36,21 @@ def test_of_too_much_code_the_newest_is_read():
     assert program.unread == ["old.ipynb cannot be read: all files together hold too much code"]
 
 
+BROKEN = {
+    b"": "it is empty",
+    b"\xfe\xff\xd8": "it is no text, and so no notebook",
+    b'{"cells": [\n<<<<<<< HEAD\n': "it is no notebook from line 2 on",
+}
+
+
+@pytest.mark.parametrize("data", BROKEN)
+def test_what_is_no_notebook_is_told_in_words(data):
+    """It once was told in those of a codec and of a parser."""
+    program = read_program({"a.ipynb": data}, ["f"])
+
+    assert program.unread == [f"a.ipynb cannot be read: {BROKEN[data]}"]
+
+
 @pytest.mark.parametrize("years", [(2020, 2024), (2024, 2020), (2024, 2024)])
 def test_of_two_files_in_an_archive_the_newer_counts_and_of_one_time_the_shorter_name(years):
     buffer = io.BytesIO()

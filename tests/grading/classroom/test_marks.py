@@ -9,7 +9,9 @@ from dataclasses import replace
 import pytest
 
 from labkit.grading.box.outside import Wall
+from labkit.grading.classroom.gradebooks import COMMENT, Gradebook, Person
 from labkit.grading.classroom.marks import Roster, make_marks, read_adjustments, read_roster
+from labkit.grading.classroom.pages import student_page
 from labkit.grading.classroom.store import (
     VERDICTS,
     Record,
@@ -172,6 +174,21 @@ def test_points_for_one_who_handed_in_nothing_are_kept(decide, marks):
     ]
 
 
+def test_who_handed_in_nothing_is_told_so_once(decide, marks, small, tmp_path):
+    """The page of points by word of mouth once named each function that was not there."""
+    (mark,) = marks(decide("emmy,double,1.5,"))
+    page = student_page(mark, read_assignment(small))
+    person = Person({}, "Emmy Noether", 5.0)
+
+    Gradebook(("Grade", COMMENT), "Grade", (), {"emmy": person}).fill([mark], tmp_path / "g.csv")
+
+    comment = (tmp_path / "g.csv").read_text(encoding="utf-8")
+    for text in (page, comment):
+        assert text.count("Nothing was handed in.") == 1
+        assert "no function" not in text
+        assert "cases" not in text
+
+
 @pytest.mark.parametrize(
     ("lines", "message"),
     [
@@ -202,7 +219,10 @@ def test_who_hands_in_for_others_keeps_the_mark(small):
 @pytest.mark.parametrize(
     ("handed_in", "message"),
     [
-        ({"red": "red"}, "line 3: no hand-in is called 'rde'; did you mean 'red'?"),
+        (
+            {"red": "red"},
+            "(leave the cell empty if the group handed in nothing); did you mean 'red'?",
+        ),
         ({"1": "rde", "2": "rde"}, "line 3: 2 hand-ins are called 'rde'"),
     ],
 )

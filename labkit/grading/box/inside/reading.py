@@ -69,8 +69,10 @@ def read_program(
             if letters_left < 0 or cells_left < 0:
                 raise ValueError("all files together hold too much code")
             read[name] = contents
+        except UnicodeDecodeError:
+            unread.append(f"{name} cannot be read: it is no text, and so no notebook")
         except json.JSONDecodeError as error:
-            unread.append(f"{name} cannot be read: it holds no notebook ({error})")
+            unread.append(f"{name} cannot be read: it is no notebook from line {error.lineno} on")
         except Exception as error:  # untrusted
             unread.append(f"{name} cannot be read: {error or type(error).__name__}")
     if not read and not unread:
@@ -174,6 +176,8 @@ def without_outputs(notebook: str) -> str:
 
 def notebook_cells(data: bytes) -> list[tuple[str, str]]:
     """The code cells of a notebook, with their numbers."""
+    if not data.strip():
+        raise ValueError("it is empty")
     notebook = without_outputs(data.decode(json.detect_encoding(data), "surrogatepass"))
     if notebook.count("[") + notebook.count("{") > MAX_BRACKETS:
         raise ValueError("it holds too many brackets for a notebook")
