@@ -72,7 +72,7 @@ def grade_submission(
 
 
 def _verdicts(sitting: Sitting, assignment: Assignment) -> Iterator[QuestionVerdict]:
-    """Each question by the student's functions, then with right ones for wrong ones that it calls.
+    """Each question by the student's functions, then with right ones for those that it calls.
 
     No right function is lent to an earlier question than its own, nor before a question that it
     would answer outright: so none that is asked for is in the box before it is asked.
