@@ -32,10 +32,15 @@ def is_at_rest(told: FloatArray) -> bool:
 
 
 def scale_of(told: FloatArray, measured: FloatArray) -> float:
-    """How many times as far as the wheels told a match measured; NaN if either hardly moved."""
-    if min(np.hypot(*told[:2]), np.hypot(*measured[:2])) < MIN_SHIFT:
+    """How many times as far as the wheels told a match measured; NaN if either hardly moved.
+
+    The way told counts along the measured one: the noise across it would make it too long.
+    """
+    length = math.hypot(measured[0], measured[1])
+    if min(length, math.hypot(told[0], told[1])) < MIN_SHIFT:
         return math.nan
-    return float(measured[:2] @ told[:2] / (told[:2] @ told[:2]))
+    along = float(measured[:2] @ told[:2]) / length
+    return length / along if along != 0.0 else math.nan
 
 
 def is_frozen(scan: Scan, last_scan: Target | None, told: FloatArray | None) -> bool:

@@ -26,12 +26,13 @@ def test_wheels_that_hardly_move_stand(told, stands):
     assert is_at_rest(np.array(told, float)) == stands
 
 
-def test_the_scale_is_the_way_measured_along_the_way_told():
+def test_the_scale_is_the_way_measured_over_the_way_told_along_it():
     told = np.array([0.2, 0.0, 0.1])
 
     assert scale_of(told, np.array([0.25, 0.0, 0.3])) == pytest.approx(1.25)
-    assert scale_of(told, np.array([0.25, 0.5, 0.0])) == pytest.approx(1.25)
+    assert scale_of(np.array([0.2, 0.5, 0.0]), np.array([0.25, 0.0, 0.0])) == pytest.approx(1.25)
     assert scale_of(told, -told) == pytest.approx(-1.0)
+    assert math.isnan(scale_of(told, np.array([0.0, 0.2, 0.0])))
     assert math.isnan(scale_of(told, np.array([0.01, 0.0, 0.3])))
     assert math.isnan(scale_of(0.1 * told, told))
 
