@@ -8,6 +8,7 @@ repeats the one before to the last digit, while the wheels move.
 from __future__ import annotations
 
 import math
+from statistics import median_low
 
 import numpy as np
 
@@ -22,7 +23,7 @@ REST_TURN = math.radians(0.5)  # [rad]: nor do wheels that turn more
 SAME_VIEW_SHARE = 0.9  # of a scan's points that repeat those of the scan before, at a stand
 MIN_SHIFT = 0.05  # [m]: wheels and matches that drive less tell no scale
 SCALE_HISTORY = 40  # matched steps that tell the scale of the wheels
-USUAL_SCALES = (1.0,) * 10  # stand in for this history when a run begins
+USUAL_SCALES = (1.0,) * 10  # count among them, so that few change nothing
 
 
 def is_at_rest(told: FloatArray) -> bool:
@@ -66,5 +67,5 @@ def believable_wheels(
         share = np.mean(mask_repeats(scan, last_scan))
         if share < SAME_VIEW_SHARE:
             return None
-    scale = float(np.median([*scales, *USUAL_SCALES]))
+    scale = median_low([*scales, *USUAL_SCALES])  # one of them: the mean of 1 and −1 is none
     return np.asarray(told * np.array([scale, scale, 1.0]))

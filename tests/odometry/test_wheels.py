@@ -44,10 +44,12 @@ def test_few_scales_change_nothing_and_most_of_a_history_all():
     few = believable_wheels(told, (1.3,) * 5, scan, None)
     many = believable_wheels(told, (1.3,) * SCALE_HISTORY, scan, None)
     half_wrong = believable_wheels(told, (1.3,) * 12 + (1.0,) * 9, scan, None)
+    balanced = believable_wheels(told, (-1.0,) * 10, scan, None)
 
     np.testing.assert_array_equal(few, told)
     np.testing.assert_allclose(many, told * [1.3, 1.3, 1.0])
     np.testing.assert_array_equal(half_wrong, told)
+    np.testing.assert_allclose(balanced, told * [-1.0, -1.0, 1.0])  # not 0, their mean
 
 
 def test_wheels_stand_beside_a_scan_that_stands_and_tell_nothing_beside_one_that_moves():
@@ -61,7 +63,7 @@ def test_wheels_stand_beside_a_scan_that_stands_and_tell_nothing_beside_one_that
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")  # remarks on the run
-@pytest.mark.parametrize("factor", [0.5, 0.8, 1.25, 3.28])
+@pytest.mark.parametrize("factor", [-1.0, 0.5, 0.8, 1.25, 3.28])
 def test_wheels_that_tell_all_ways_short_or_long_lead_as_right_ones_where_nothing_is_seen(factor):
     """Blind for the last ten steps, so that the wheels alone carry them."""
     scans = [*SCANS[:-10], *[EMPTY] * 10]
