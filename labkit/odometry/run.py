@@ -100,7 +100,7 @@ def estimate_odometry(
     --------
     >>> from labkit.simulation import Lidar, room, scan_along
     >>> path = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.02], [0.2, 0.0, 0.04]]
-    >>> estimate_odometry(scan_along(room(), path, Lidar(), rng=0), priors=path)
+    >>> estimate_odometry(scan_along(room(), path, Lidar(), rng=0))
     OdometryResult(3 scans: start 1, icp 2)
     """
     sweeps = getattr(scans, "scans", scans)
