@@ -21,8 +21,8 @@ from labkit.se2 import from_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
-SEARCH_FACTOR = 1.5  # reach of a search over the longest of the last motions,
-WHEEL_SEARCH_FACTOR = 3.0  # and beside wheels over their usual error
+SEARCH_FACTOR = 1.5  # reach of a search over the longest of the last motions, or the wheels' turn
+WHEEL_SEARCH_FACTOR = 3.0  # the same beside wheels, over the usual error of their way
 
 WHEEL_SHIFT_ERROR = 0.1  # [m]: usual error of wheels at rest
 DOUBLING_SHIFT = 0.5  # [m]: so long a motion adds the error at rest once more,
@@ -122,14 +122,15 @@ def expect(
     if T_last_refused is not None:
         starts.append(T_last_refused)
     by_wheels = np.array(starts) @ from_xytheta(prior)
+    poses = T_map_last @ np.concatenate([by_wheels, from_xytheta(motions)])
     return Expectation(
-        poses=T_map_last @ np.concatenate([by_wheels, from_xytheta(motions)]),
+        poses=poses,
         handicap=np.asarray(RETURN_HANDICAP * np.arange(len(starts)), np.float64),
         shift=shift_error,
         turn=WHEEL_TURN_ERROR,
         max_cost=WHEEL_COST,
         sure_score=min(SURE_SCORE_ALONE, SURE_SCORE_AT_REST + SURE_SCORE_SLOPE * shift_error),
-        T_search=T_map_last @ by_wheels[0],
+        T_search=poses[0],
         search_shift=WHEEL_SEARCH_FACTOR * shift_error,
         search_turn=SEARCH_FACTOR * abs(turn),
     )
