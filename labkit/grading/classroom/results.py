@@ -57,18 +57,24 @@ class Results:
         self._write_code(records)
         returned = [*marks, *make_group_marks(records, self.adjustments, self.roster)]
         self._pack_feedback(returned)
-        remarks = [*self._remarks(marks, missing), *self._fill_books(marks)]
+        return [
+            *self._remarks(marks, missing),
+            *self._fill_books(marks),
+            *self._group_remarks(records),
+        ]
+
+    def _group_remarks(self, records: Mapping[str, Record]) -> Iterable[str]:
+        """A remark on members of a group with hand-ins of their own."""
         replaced = [
             student
             for student, group in self.roster.groups.items()
             if student != group and {student, group} <= records.keys()
         ]
         if replaced:
-            remarks.append(
+            yield (
                 f"{len(replaced)} handed in alone, and have the mark of the group in roster.csv: "
                 f"{some(replaced)}"
             )
-        return remarks
 
     def _remarks(
         self, marks: Sequence[SubmissionVerdict], missing: Mapping[str, str]
