@@ -189,7 +189,7 @@ def _line_pairs(result: _Result) -> _LinePairs:
 
 
 def _position(T: FloatArray) -> tuple[float, float]:
-    """Where the scanner at pose T stands [m]."""
+    """The position of the scanner at pose T [m]."""
     return float(T[0, 2]), float(T[1, 2])
 
 

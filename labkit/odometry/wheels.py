@@ -1,4 +1,4 @@
-"""What the wheels tell of a step, as far as matches bear it out.
+"""Wheels, believed as far as matches bear them out.
 
 Wheels that are worn, or told in another unit, tell each way short or long by the same factor. The
 matches measure it. Wheels that stand while the scan moves tell nothing; nor does a scan that
@@ -57,7 +57,7 @@ def believable_wheels(
     scan: Scan,
     last_scan: Target | None,
 ) -> FloatArray | None:
-    """What the wheels told, times the median of the last scales.
+    """The motion that the wheels told, times the median of the last scales.
 
     None if they told that the robot stands while the scan has moved.
     """
