@@ -23,6 +23,7 @@ NOTEBOOKS := $(wildcard notebooks/*.ipynb)
 RAN := _build/ran
 NBVAL := $(BIN)/pytest -q -p tests.tools.patient_nbval --nbval-lax --nbval-current-env
 BENCH := .venv-bench
+LAB_SETTINGS := $(VENV)/share/jupyter/lab/settings
 WARM = $(BIN)/python -m labkit.support.warm  # compiles the stages where they are new
 
 unexport PYTHONDONTWRITEBYTECODE  # or each process compiles each module that it imports
@@ -111,11 +112,12 @@ $(BIN)/uv:
 	$(PYTHON) -m venv $(VENV)
 	$(GET_UV)
 
-$(READY): requirements.txt pyproject.toml | $(BIN)/uv
+$(READY): requirements.txt pyproject.toml .binder/overrides.json | $(BIN)/uv
 	{ $(UV) --group build $(AUTHORS) && $(UV) --no-build-isolation --editable ".[$(subst $() ,$(COMMA),$(EXTRAS))]"; } || \
 	    { echo "uv does not reach the packages. pip tries now; it takes six times as long."; \
 	      $(PIP) --require-hashes --requirement requirements.txt && \
 	      $(PIP) --no-deps --no-build-isolation --editable .; }
+	@mkdir -p $(LAB_SETTINGS) && cp .binder/overrides.json $(LAB_SETTINGS)  # widgets stay in a notebook
 	@find $(VENV) -path '*/pip/*' -name __pycache__ -prune -exec rm -rf {} +  # 8 MB that only make needs
 	$(BIN)/python -c 'import matplotlib.font_manager'  # finds the fonts, once
 	$(WARM)

@@ -80,6 +80,7 @@ def strip_notebook(notebook: NotebookNode, name: str) -> tuple[NotebookNode, lis
     for cell in notebook.cells:
         if cell.cell_type == "code":
             cell.outputs, cell.execution_count = [], None
+    notebook.metadata.pop("widgets", None)  # what JupyterLab saved of them
     return notebook, taken
 
 

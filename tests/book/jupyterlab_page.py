@@ -44,6 +44,7 @@ ERRORS = """() => [...window.jupyterapp.shell.currentWidget.content.model.cells]
     .flatMap(cell => cell.toJSON().outputs)
     .filter(output => output.output_type === "error")
     .map(output => `${output.ename}: ${output.evalue}`)"""
+SAVE = "() => window.jupyterapp.shell.currentWidget.context.save()"
 # Run the last cell alone, and wait for its end.
 RUN_LAST = """() => {
     const { content } = window.jupyterapp.shell.currentWidget;

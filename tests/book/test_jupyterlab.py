@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 import nbformat
@@ -12,7 +13,15 @@ import pytest
 from nbformat.v4 import new_code_cell, new_notebook
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from tests.book.jupyterlab_page import ERRORS, READY, RUN_ALL, RUN_LAST, jupyterlab, notebook_read
+from tests.book.jupyterlab_page import (
+    ERRORS,
+    READY,
+    RUN_ALL,
+    RUN_LAST,
+    SAVE,
+    jupyterlab,
+    notebook_read,
+)
 from tests.book.widget_page import PATIENCE, settle
 
 pytestmark = pytest.mark.pages
@@ -48,21 +57,40 @@ OTHER_DRAWING = "([canvas, before]) => canvas.toDataURL() !== before"
 RAW = re.compile(r".*(?::::|\{[a-z:]+\}`|```|\$\$|\\\(|Undefined control sequence).*")
 
 
-@pytest.fixture(scope="module")
-def page(browser: Browser, lab: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    """JupyterLab over a copy of what students get; nothing is started without a browser."""
-    root, home = tmp_path_factory.mktemp("work") / "lab", tmp_path_factory.mktemp("home")
-    shutil.copytree(lab, root, ignore=shutil.ignore_patterns("labkit"))
+def write_widgets(path: Path) -> None:
+    """Write a notebook with each kind of widget."""
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
-    cells = [new_code_cell(each) for each in WIDGETS.split("---\n")]
-    nbformat.write(new_notebook(cells=cells, metadata=kernel), root / "widgets.ipynb")
-    with jupyterlab(root, home) as address:
-        page = browser.new_page(viewport={"width": 1300, "height": 1000})
-        page.set_default_timeout(PATIENCE)
-        page.goto(f"{address}/lab?reset")
-        page.wait_for_function(READY)
+    cells = [new_code_cell(code) for code in WIDGETS.split("---\n")]
+    nbformat.write(new_notebook(cells=cells, metadata=kernel), path)
+
+
+@pytest.fixture(scope="module")
+def in_jupyterlab(
+    browser: Browser, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[Path], AbstractContextManager[Page]]:
+    """A function that starts JupyterLab over a folder and yields its page."""
+
+    @contextmanager
+    def started(root: Path) -> Iterator[Page]:
+        with jupyterlab(root, tmp_path_factory.mktemp("home")) as address:
+            page = browser.new_page(viewport={"width": 1300, "height": 1000})
+            page.set_default_timeout(PATIENCE)
+            page.goto(f"{address}/lab?reset")
+            page.wait_for_function(READY)
+            yield page
+            page.close()
+
+    return started
+
+
+@pytest.fixture(scope="module")
+def page(in_jupyterlab, lab: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    """JupyterLab over a copy of what students get; nothing is started without a browser."""
+    root = tmp_path_factory.mktemp("work") / "lab"
+    shutil.copytree(lab, root, ignore=shutil.ignore_patterns("labkit"))
+    write_widgets(root / "widgets.ipynb")
+    with in_jupyterlab(root) as page:
         yield page
-        page.close()
 
 
 @pytest.mark.slow
@@ -89,6 +117,23 @@ def test_every_kind_of_widget_lives(page):
             move_each_slider(page, explorer)
         play_with(page, explorers[0])
         assert page.evaluate(ERRORS) == []
+
+
+@pytest.mark.slow
+def test_a_notebook_that_was_saved_shows_its_widgets_on_another_day(tmp_path, in_jupyterlab):
+    """Buys the second day: another server, no kernel that knows the widgets, nothing run."""
+    write_widgets(tmp_path / "widgets.ipynb")
+    with in_jupyterlab(tmp_path) as page, notebook_read(page, "widgets.ipynb"):
+        page.evaluate(RUN_ALL)
+        page.locator(".icp-explorer:visible").nth(2).wait_for()
+        page.evaluate(SAVE)
+
+    with in_jupyterlab(tmp_path) as page, notebook_read(page, "widgets.ipynb"):
+        page.locator(".icp-explorer:visible").nth(2).wait_for()
+
+        for explorer in page.locator(".icp-explorer:visible").all():
+            move_each_slider(page, explorer)
+        assert page.get_by_text("Error displaying widget").count() == 0
 
 
 def move_each_slider(page: Page, explorer: Locator) -> None:
