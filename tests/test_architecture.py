@@ -23,7 +23,7 @@ ORDER = (
     *("schedule", "correspondences", "degeneracy", "covariance", "result", "icp", "odometry"),
     *("simulation", "evaluation", "logs", "", "support.warm", "plotting"),
     *("grading", "course", "course.assignment", "course.exercises", "course.authoring"),
-    *("course.report", "course.ladder"),
+    *("course.report", "course.ladder", "course.loops"),
     *("interactive", "cli", "__main__"),
 )
 DATA = {"support.errors", "support.arrays", "support.compiled", "se2", "scan"}
