@@ -9,6 +9,10 @@ from __future__ import annotations
 import contextlib
 import math
 import traceback
+import types
+from collections.abc import Sequence
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -45,18 +49,26 @@ def to_json(value: Any) -> Any:
 
     def encode(value: Any, depth: int) -> Any:
         nonlocal bytes_left
-        is_sized = isinstance(value, tuple | list | range | dict | str)
+        if has_numbers(value):
+            value = np.asarray(value)
+        is_sized = isinstance(value, Sequence | dict)
         entries = value.size if isinstance(value, np.ndarray) else is_sized and len(value)
         bytes_left -= NODE_BYTES + 8 * entries
         if bytes_left < 0 or depth > MAX_NESTING:
             raise NoAnswerError("returned more data than an answer to this question can need")
-        if isinstance(value, tuple | list | range):
+        if isinstance(value, Sequence) and not isinstance(value, str | bytes):
             return {"tuple": [encode(entry, depth + 1) for entry in value]}
         if isinstance(value, dict):
             return {"dict": {str(key): encode(entry, depth + 1) for key, entry in value.items()}}
         return _array(value) if isinstance(value, np.ndarray) else _single(value)
 
     return encode(value, 0)
+
+
+def has_numbers(value: Any) -> bool:
+    """True for an object of another package that numpy reads: a Series, a tensor."""
+    is_known = isinstance(value, np.ndarray | np.generic | types.ModuleType)
+    return not is_known and hasattr(type(value), "__array__")
 
 
 def _single(value: Any) -> Any:
@@ -66,8 +78,9 @@ def _single(value: Any) -> Any:
         return bool(value)
     if isinstance(value, int | np.integer) and abs(int(value)) < 2**63:
         return int(value)
-    if isinstance(value, int | float | np.floating):
-        return float(value) if math.isfinite(value) else {"float": repr(float(value))}
+    if isinstance(value, int | float | np.floating | Fraction | Decimal):
+        value = float(value)
+        return value if math.isfinite(value) else {"float": repr(value)}
     if getattr(type(value), "is_stand_in", False):
         package = str(value.__name__).partition(".")[0]
         description = f"a placeholder, since {package} is not available while grading"
@@ -81,6 +94,9 @@ def _single(value: Any) -> Any:
 
 def _array(value: Any) -> dict[str, Any]:
     array = np.asarray(value)
+    if array.dtype.kind == "O":  # of fractions, say
+        with contextlib.suppress(TypeError, ValueError):
+            array = array.astype(np.float64)
     if array.dtype.kind == "c":
         raise NoAnswerError("returned complex numbers; return real ones (`.real`?)")
     if array.dtype.kind not in DTYPES:
