@@ -19,10 +19,7 @@ from typing import Any, NamedTuple
 MAX_FILE = 64 << 20  # bytes of a notebook with its pictures
 MAX_SOURCE = 2 << 20  # letters of code in all files
 MAX_CELLS = 1000  # of code in all files
-MAX_BRACKETS = 300_000  # in a notebook but for its outputs: each takes memory and time
 MAX_DEPTH = 2  # archives in archives
-OUTPUTS = re.compile(r'(?<!\\)"outputs"\s*:\s*(?=\[)')  # in a text its quotes would be escaped
-TOKEN = re.compile(r'"(?:[^"\\]++|\\.)*+"|[\[\]{}]')
 WRITTEN = re.compile(r"\A\s*%%writefile\s+(?:-a\s+)?(\S+\.py)[ \t]*\n")  # by a cell
 TOO_LARGE = "the files are too large; clear the outputs, and hand in your own alone"
 SKIPPED = {
@@ -69,12 +66,8 @@ def read_program(
             if letters_left < 0 or cells_left < 0:
                 raise ValueError("all files together hold too much code")
             read[name] = contents
-        except UnicodeDecodeError:
-            unread.append(f"{name} cannot be read: it is no text, and so no notebook")
-        except json.JSONDecodeError as error:
-            unread.append(f"{name} cannot be read: it is no notebook from line {error.lineno} on")
         except Exception as error:  # untrusted
-            unread.append(f"{name} cannot be read: {error or type(error).__name__}")
+            unread.append(f"{name} cannot be read: {why_unread(error)}")
     if not read and not unread:
         names = ", ".join(list(files)[:5]) or "nothing"
         unread.append(f"no notebook (.ipynb) or script (.py) was handed in, only {names}")
@@ -101,6 +94,17 @@ def read_program(
                 notes.append(f"line {line} of {label} holds a NUL byte, which was left out")
             cells.append((source.replace("\0", ""), label))
     return Program(cells, scripts, notes, unread[:40])
+
+
+def why_unread(error: Exception) -> str:
+    """The reason why a file cannot be read, for the student."""
+    if isinstance(error, UnicodeDecodeError):
+        return "it is no text, and so no notebook"
+    if isinstance(error, json.JSONDecodeError):
+        return f"it is no notebook from line {error.lineno} on"
+    if isinstance(error, MemoryError | RecursionError):
+        return TOO_LARGE
+    return str(error) or type(error).__name__
 
 
 def find_written_scripts(sources: Iterable[str]) -> dict[str, str]:
@@ -157,31 +161,11 @@ def text_of(data: bytes) -> str:
         return data.decode("latin-1").replace("\r\n", "\n")
 
 
-def without_outputs(notebook: str) -> str:
-    """The text of a notebook without its outputs, which may be of any size and are not parsed."""
-    parts = []
-    position = 0
-    while output := OUTPUTS.search(notebook, position):
-        parts.append(notebook[position : output.end()] + "[]")
-        depth = 0
-        for token in TOKEN.finditer(notebook, output.end()):
-            depth += (token[0] in "[{") - (token[0] in "]}")
-            if depth == 0:
-                position = token.end()
-                break
-        else:
-            raise ValueError("an output in it has no end")
-    return "".join(parts) + notebook[position:]
-
-
 def notebook_cells(data: bytes) -> list[tuple[str, str]]:
     """The code cells of a notebook, with their numbers."""
     if not data.strip():
         raise ValueError("it is empty")
-    notebook = without_outputs(data.decode(json.detect_encoding(data), "surrogatepass"))
-    if notebook.count("[") + notebook.count("{") > MAX_BRACKETS:
-        raise ValueError("it holds too many brackets for a notebook")
-    content: Any = json.loads(notebook)
+    content: Any = json.loads(data.decode(json.detect_encoding(data), "surrogatepass"))
     if not isinstance(content, dict) or not isinstance(content.get("cells"), list):
         raise ValueError("it is no notebook of nbformat 4")
     cells = [cell for cell in content["cells"] if isinstance(cell, dict)]
@@ -208,7 +192,8 @@ def may_hold_source(name: str) -> bool:
 
 def is_skipped(name: str) -> bool:
     """True if a file is none of the student's: what editors, systems and platforms add."""
-    return any(part in SKIPPED or part.startswith(".") for part in PurePosixPath(name).parts)
+    parts = [part for part in PurePosixPath(name).parts if part != ".."]
+    return any(part in SKIPPED or part.startswith(".") for part in parts)
 
 
 def printable(name: str) -> str:
