@@ -24,6 +24,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from functools import cache
@@ -46,13 +47,13 @@ START = 120.0  # [s] until a box must be ready, on a machine at its limit
 ENDED = "the program ended"
 PACKAGE = Path(__file__).resolve().parents[2]
 OWN = str(PACKAGE / "grading/box/inside")
+OWN_FONTS = "/box/matplotlib"
 SYSTEM = ("/usr", "/lib", "/lib64", "/etc/ld.so.cache", "/etc/alternatives")
 # Above people, below the users that systemd gives to services; each grader in an order of its own.
 USERS = itertools.cycle(random.sample(range(50_000, 60_000), 10_000))
 ENVIRONMENT = {
     "PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": "/box", "OPENBLAS_NUM_THREADS": "1",
-    "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "MPLBACKEND": "Agg",
-    "MPLCONFIGDIR": "/box/matplotlib", "NUMBA_DISABLE_JIT": "1",
+    "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "MPLBACKEND": "Agg", "NUMBA_DISABLE_JIT": "1",
 }  # fmt: skip
 COMMAND = """
 import sys, types
@@ -146,7 +147,7 @@ class Box:
             with theirs:
                 self.process = subprocess.Popen(
                     command,
-                    env=ENVIRONMENT,
+                    env=ENVIRONMENT | {"MPLCONFIGDIR": find_fonts(wall)},
                     cwd="/",
                     stdin=theirs.fileno(),
                     stdout=theirs.fileno(),
@@ -248,10 +249,21 @@ def bubblewrap(wall: Wall) -> list[str]:
         command += step
     command += [part for path in hidden for part in ("--remount-ro", path)]
     command += ["--dev", "/dev", "--size", str(DISK_BYTES), "--perms", "1777", "--tmpfs", "/box"]
-    for fonts in Path.home().glob(".cache/matplotlib/fontlist-*.json"):  # which take long to list
-        command += ["--perms", "0777", "--dir", "/box/matplotlib"]
-        command += ["--ro-bind", str(fonts), f"/box/matplotlib/{fonts.name}"]
+    fonts_of_grader = os.environ.get("MPLCONFIGDIR", Path.home() / ".cache/matplotlib")
+    for fonts in Path(fonts_of_grader).glob("fontlist-*.json"):  # which take long to list
+        command += ["--perms", "0777", "--dir", OWN_FONTS]
+        command += ["--ro-bind", str(fonts), f"{OWN_FONTS}/{fonts.name}"]
     return [*command, "--remount-ro", "/dev", "--remount-ro", "/", "--chdir", "/box", "--"]
+
+
+def find_fonts(wall: Wall) -> str:
+    """The folder of matplotlib's list of fonts, which it wants to be one where it may write.
+
+    Where a box can make no file, a shared one does, and holds the list if somebody made it.
+    """
+    if wall.mode == "bubblewrap":
+        return OWN_FONTS
+    return os.environ.get("MPLCONFIGDIR", tempfile.gettempdir())
 
 
 @cache

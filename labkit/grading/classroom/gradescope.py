@@ -7,15 +7,17 @@ that only the instructors see. In the archive, ``setup.sh`` builds the image, an
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
-import re
 import sys
 import zipfile
-from collections.abc import Iterable
-from importlib.metadata import packages_distributions, requires
+from collections.abc import Iterable, Iterator
+from importlib.metadata import PackageNotFoundError, packages_distributions, requires, version
 from pathlib import Path
 from typing import Any
+
+from packaging.requirements import Requirement
 
 from labkit.grading.box.outside import open_wall
 from labkit.grading.classroom.handins import one_submission
@@ -26,6 +28,7 @@ from labkit.support.files import atomic_write
 
 HERE = Path(__file__).with_name("autograder")
 PACKAGE = HERE.parents[2]
+EXTRAS = ("", "grading", "notebooks")
 SCRIPTS = ("setup.sh", "run_autograder")
 NEEDED = [PACKAGE / "grading", PACKAGE / "support"]
 
@@ -82,7 +85,6 @@ def write_autograder(path: str | os.PathLike[str], assignment: str | os.PathLike
     hands in.
     """
     folder = Path(assignment).resolve()
-    needed = re.compile(r"(numpy|scipy)\b(?!.*extra ==)")
     with (
         atomic_write(path, "wb") as file,
         zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive,
@@ -91,8 +93,7 @@ def write_autograder(path: str | os.PathLike[str], assignment: str | os.PathLike
             info = zipfile.ZipInfo(script)
             info.external_attr = 0o100755 << 16  # Gradescope runs it
             archive.writestr(info, (HERE / script).read_bytes())
-        own = filter(needed.match, requires(packages_distributions()["labkit"][0]) or [])
-        archive.writestr("requirements.txt", "\n".join([*own, ""]))
+        archive.writestr("requirements.txt", "\n".join([*packages_of_students(), ""]))
         for source in sorted(PACKAGE.rglob("*")):
             place = str(source.relative_to(PACKAGE.parent))
             if any(folder in source.parents for folder in NEEDED):
@@ -102,6 +103,20 @@ def write_autograder(path: str | os.PathLike[str], assignment: str | os.PathLike
                 archive.writestr(place, b"")
         for source in sorted(folder.rglob("*.json")):
             archive.write(source, Path("assignment", source.relative_to(folder)))
+
+
+def packages_of_students() -> Iterator[str]:
+    """The packages that a student's code may import, in the versions that are installed here.
+
+    The same hand-in then has the same mark in Gradescope's image.
+    """
+    for text in requires(packages_distributions()["labkit"][0]) or []:
+        requirement = Requirement(text)
+        marker = requirement.marker
+        is_needed = any(not marker or marker.evaluate({"extra": extra}) for extra in EXTRAS)
+        if is_needed and not requirement.extras:
+            with contextlib.suppress(PackageNotFoundError):
+                yield f"{requirement.name}=={version(requirement.name)}"
 
 
 if __name__ == "__main__":

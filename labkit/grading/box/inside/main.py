@@ -126,7 +126,7 @@ class Session:
             start = time.process_time()
             limit = seconds
             defines = parsing.is_definition(node)
-            if isinstance(node, ast.Import | ast.ImportFrom):  # of a large package
+            if isinstance(node, parsing.IMPORTS):  # of a large package
                 limit = 3.0 * seconds
             if not defines:
                 if self.seconds_left <= -2.0 * seconds:
@@ -136,9 +136,17 @@ class Session:
                 with self.within(limit):
                     self.run(node, label)
             except BaseException as error:
-                fault = fault or f"{label} did not run to its end: {self.describe_error(error)}"
-                if isinstance(error, ModuleNotFoundError):
-                    self.space |= standins.absent(parsing.imports_of(node), error)
+                reason = self.describe_error(error)
+                fault = fault or f"{label} did not run to its end: {reason}"
+                names = parsing.names_bound(node)
+                self.faults |= {
+                    name: f"its definition fails with {reason}"
+                    for name in names
+                    if name in self.functions and name not in self.answers
+                }
+                if isinstance(error, Exception):
+                    names = [name for name in names if name not in self.space]
+                    self.space |= standins.absent(names, error)
             if not defines:
                 self.seconds_left -= time.process_time() - start
         return fault
@@ -198,10 +206,7 @@ class Session:
             try:
                 self.define(node, name, vars(module))
             except ModuleNotFoundError as error:
-                names = parsing.imports_of(node)
-                if not names:
-                    raise
-                vars(module).update(standins.absent(names, error))
+                vars(module).update(standins.absent(parsing.names_bound(node), error))
 
     def describe(
         self, name: str, defining: dict[str, Any], final: dict[str, Any]
@@ -296,7 +301,7 @@ def main() -> None:
     session = Session(writing)
     settings = json.loads(sys.argv[1])
     sys.setrecursionlimit(3 * sys.getrecursionlimit())  # a replaceable call takes three levels
-    session.finder.install(with_packages=settings["wall"] == "bubblewrap")
+    session.finder.install()
     confine.confine(**settings)
     for name in [name for name in sys.modules if name.partition(".")[0] == "labkit"]:
         del sys.modules[name]  # out of reach of `import`

@@ -13,6 +13,7 @@ ESCAPED = r"(?:%%?[A-Za-z]|!(?!=))"  # and no remainder or inequality on a line 
 MAGICS = {  # of IPython, in turn: those that run code leave it, others nothing
     r"\A\s*%%(?!time\b|capture|prun)(?s:.*)": "",
     r"^([ \t]*)%(?:time|prun) +": r"\1",
+    r"^([ \t]*)%pylab\b.*": r"\1from pylab import *",
     r"^([ \t]*)%run +(?:\./)?(\w+).*": r"\1from \2 import *",
     rf"^([^#'\"\n]*=)[ \t]*{ESCAPED}.*": r"\1 None",
     rf"^([ \t]*)(?:{ESCAPED}.*|\?.*|[\w.]+\?+[ \t]*$)": r"\1pass",
@@ -20,7 +21,8 @@ MAGICS = {  # of IPython, in turn: those that run code leave it, others nothing
 PIECE = re.compile(r"^(?=@|(?:async +)?def\b|class\b)", re.MULTILINE)
 DEFINED = re.compile(r"(?:async +)?def +(\w+)")
 VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
-DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
+DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
+IMPORTS = (ast.Import, ast.ImportFrom)
 
 
 def statements(source: str, label: str) -> tuple[list[ast.stmt], dict[str, str]]:
@@ -71,14 +73,19 @@ def beginning(lines: list[str], place: int) -> int:
 def is_definition(node: ast.stmt) -> bool:
     """True if a statement defines or imports something, or sets a constant: it calls nothing."""
     calls = any(isinstance(part, ast.Call | ast.comprehension) for part in ast.walk(node))
-    return isinstance(node, DEFINITIONS if calls else (*DEFINITIONS, ast.Assign, ast.AnnAssign))
+    constants = () if calls else (ast.Assign, ast.AnnAssign)
+    return isinstance(node, (*DEFINITIONS, *IMPORTS, *constants))
 
 
-def imports_of(node: ast.stmt) -> list[str]:
-    """The names that an import binds; none of another statement."""
-    if not isinstance(node, ast.Import | ast.ImportFrom):
-        return []
-    return [alias.asname or alias.name.partition(".")[0] for alias in node.names]
+def names_bound(node: ast.stmt) -> list[str]:
+    """The names that an import, a definition or an assignment binds at its top."""
+    if isinstance(node, IMPORTS):
+        return [alias.asname or alias.name.partition(".")[0] for alias in node.names]
+    if isinstance(node, DEFINITIONS):
+        return [node.name]
+    stored = (part for part in ast.walk(node) if isinstance(part, ast.Name))
+    is_assignment = isinstance(node, ast.Assign | ast.AnnAssign)
+    return [part.id for part in stored if is_assignment and isinstance(part.ctx, ast.Store)]
 
 
 def is_stub(value: Any) -> bool:

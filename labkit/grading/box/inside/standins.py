@@ -1,8 +1,7 @@
 """Imports in the box: the scripts that were handed in, and stand-ins for what is not there.
 
-A submission that moves a slider or draws shall not fail for it. labkit itself is a stand-in, so
-that no answer can call the reference, and so is what speaks to a notebook. Packages that compute or
-draw are the installed ones where a box may use them, and stand-ins elsewhere.
+labkit is a stand-in, so that no answer can call the reference, and so is what needs a kernel or a
+server. All other packages are the installed ones.
 """
 
 from __future__ import annotations
@@ -10,17 +9,11 @@ from __future__ import annotations
 import importlib.abc
 import sys
 import types
-from collections.abc import Callable, Iterable, Iterator
-from importlib.machinery import ModuleSpec
+from collections.abc import Callable, Iterable
+from importlib.machinery import ModuleSpec, PathFinder
 from typing import Any
 
-IN_NOTEBOOKS = {
-    "anywidget", "google", "IPython", "ipympl", "ipywidgets", "jupyterquiz", "labkit", "nbgrader",
-    "otter", "traitlets",
-}  # fmt: skip
-INSTALLED = {
-    "matplotlib", "mpl_toolkits", "numba", "pandas", "PIL", "plotly", "pylab", "seaborn", "tqdm",
-}  # fmt: skip
+STANDING_IN = {"google", "jupyterquiz", "labkit", "nbgrader", "otter"}
 
 
 class StandIn(types.ModuleType):
@@ -31,14 +24,20 @@ class StandIn(types.ModuleType):
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        return WORKING[name] if name in WORKING else StandIn(f"{self.__name__}.{name}")
+        return StandIn(f"{self.__name__}.{name}")
 
     def __call__(self, argument: Any = None, *_: Any, **__: Any) -> Any:
         """Do nothing; a function comes back as it was, so that decorators leave it alone."""
-        return argument if isinstance(argument, types.FunctionType) else self
+        is_decorated = isinstance(argument, types.FunctionType) and not self.is_check
+        return argument if is_decorated else self
 
-    def __iter__(self) -> Iterator[StandIn]:
-        return iter((self,))  # line, = ax.plot(...)
+    @property
+    def is_check(self) -> bool:
+        """True for `check`, which is called with a function and decorates none."""
+        return self.__name__.endswith(".check")
+
+    def __mro_entries__(self, _: object) -> tuple[type, ...]:
+        return ()  # a class may be derived from it
 
     def __bool__(self) -> bool:
         return False
@@ -49,75 +48,35 @@ class StandIn(types.ModuleType):
         package = self.__name__.partition(".")[0]
         raise TypeError(f"{package} is not available while grading: it gives no numbers")
 
-    def __format__(self, _: str) -> str:
-        return ""
-
-    __float__ = __int__ = __index__ = __len__ = __array__
-    __lt__ = __le__ = __gt__ = __ge__ = __neg__ = __pos__ = __abs__ = __invert__ = __array__
-    __truediv__ = __rtruediv__ = __floordiv__ = __rfloordiv__ = __mod__ = __rmod__ = __array__
-    __pow__ = __rpow__ = __matmul__ = __rmatmul__ = __and__ = __rand__ = __xor__ = __array__
-    __rxor__ = __lshift__ = __rlshift__ = __rshift__ = __rrshift__ = __ror__ = __array__
-    __round__ = __fspath__ = __array__
     __enter__ = __getitem__ = __call__
     __setitem__ = __exit__
-    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __or__ = __call__
+    __float__ = __iter__ = __len__ = __array__
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __array__
+    __matmul__ = __rmatmul__ = __truediv__ = __rtruediv__ = __array__
+    __lt__ = __le__ = __gt__ = __ge__ = __array__
 
 
 class Absent:
-    """A name from a package that is not installed: its use raises what its import raised."""
+    """A name that a failed statement would have bound: its use raises what the statement raised."""
 
-    def __init__(self, error: ModuleNotFoundError) -> None:
+    def __init__(self, error: BaseException) -> None:
         self.error = error
 
     def __getattr__(self, name: str) -> Any:
         raise self.error
 
-    def __call__(self, *_: Any, **__: Any) -> Any:
-        """Raise what the import raised."""
+    def _fail(self, *_: Any, **__: Any) -> Any:
         raise self.error
 
+    __call__ = __getitem__ = __iter__ = __len__ = __array__ = __mro_entries__ = _fail
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __neg__ = _fail
+    __matmul__ = __rmatmul__ = __truediv__ = __rtruediv__ = __bool__ = _fail
+    __lt__ = __le__ = __gt__ = __ge__ = _fail
 
-def absent(names: Iterable[str], error: ModuleNotFoundError) -> dict[str, Absent]:
-    """Placeholders for the names that a failed import would have bound."""
+
+def absent(names: Iterable[str], error: BaseException) -> dict[str, Absent]:
+    """Placeholders for the names that a failed statement would have bound."""
     return dict.fromkeys(names, Absent(error))
-
-
-class Bar(StandIn):
-    """A bar of tqdm: it goes through what it was given."""
-
-    def __init__(self, over: Any) -> None:
-        super().__init__("tqdm")
-        self.over = over
-
-    def __iter__(self) -> Iterator[Any]:
-        return iter(self.over)
-
-    def __len__(self) -> int:
-        return len(self.over)
-
-
-class Bars(StandIn):
-    """``tqdm``: it is called, and has functions such as `write`."""
-
-    def __call__(self, argument: Any = None, *_: Any, **named: Any) -> Any:
-        """A bar around an iterable."""
-        iterable = named.get("iterable", argument)
-        return StandIn("tqdm") if iterable is None else Bar(iterable)
-
-
-def _limits(*_: Any, **__: Any) -> tuple[float, float]:
-    return 0.0, 1.0
-
-
-WORKING = {
-    "check": lambda *_: StandIn("check"),  # and not the function
-    "subplots": lambda *_, **__: (StandIn("figure"), StandIn("axes")),
-    "hist": lambda *_, **__: (StandIn("counts"), StandIn("edges"), StandIn("patches")),
-    **dict.fromkeys(("xlim", "ylim", "get_xlim", "get_ylim"), _limits),
-    "tqdm": Bars("tqdm"),
-    "trange": lambda *limits, **_: Bar(range(*limits)),
-    "prange": range,
-}
 
 
 class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
@@ -133,12 +92,9 @@ class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         self.run = run  # a script, by its source and name
         self.is_last = is_last
         self.scripts: dict[str, str] = {}  # sources by file name
-        self.standing_in = INSTALLED if is_last else IN_NOTEBOOKS | INSTALLED
 
-    def install(self, *, with_packages: bool) -> None:
-        """Be asked for imports from now on; `with_packages` installed ones come first."""
-        if with_packages:
-            self.standing_in = IN_NOTEBOOKS
+    def install(self) -> None:
+        """Be asked for imports from now on."""
         last = Finder(self.run, is_last=True)
         last.scripts = self.scripts
         sys.meta_path[:] = [self, *sys.meta_path, last]
@@ -152,9 +108,9 @@ class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         folder = any(f"/{place}/" in f"/{file}" for file in self.scripts)
         is_found = bool(file) or (folder and self.is_last)
         is_own = is_found and name not in sys.stdlib_module_names
-        if is_own or name.partition(".")[0] in self.standing_in:
+        if is_own or name.partition(".")[0] in STANDING_IN:
             return ModuleSpec(name, self, origin=file or None, is_package=folder or not file)
-        return None
+        return find_matplotlib() if name == "matplotlib" and not self.is_last else None
 
     def create_module(self, spec: ModuleSpec) -> types.ModuleType | None:
         """A stand-in, or for a script a module as any other."""
@@ -165,3 +121,17 @@ class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         file = module.__spec__ and module.__spec__.origin
         if file:
             self.run(self.scripts[file], file, module)
+
+
+def find_matplotlib() -> ModuleSpec | None:
+    """The spec of matplotlib, whose `use` then does nothing: a box has no screen of any kind."""
+    spec = PathFinder.find_spec("matplotlib")
+    if spec and spec.loader:
+        load = spec.loader.exec_module
+
+        def load_without_screen(module: Any) -> None:
+            load(module)
+            module.use = lambda *_, **__: None
+
+        spec.loader.exec_module = load_without_screen  # type: ignore[method-assign]
+    return spec

@@ -12,3 +12,6 @@ python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' || {
 }
 python3 -m venv "$source/venv"
 "$source/venv/bin/python" -m pip install --quiet --requirement "$source/requirements.txt"
+# The list of fonts, in a folder that looks as if a box could write into it: matplotlib wants that.
+install -d -m 1777 "$source/matplotlib"
+MPLCONFIGDIR=$source/matplotlib "$source/venv/bin/python" -c 'import matplotlib.font_manager'
