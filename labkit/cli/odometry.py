@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import argparse
 import math
-import shutil
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
-from functools import partial
-from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
 from labkit.cli.outputs import WRITERS, make_sure_of_room, output_paths, write_files
+from labkit.cli.reading import add_log_options, progress, read
 from labkit.evaluation import PoseErrors, compare
-from labkit.logs import Log, read_log
+from labkit.logs import Log
 from labkit.odometry import (
     Decision,
     OdometryParameters,
@@ -31,9 +26,8 @@ from labkit.odometry import (
 )
 from labkit.simulation import WheelNoise, wheel_increments
 from labkit.support.arrays import FloatArray, check_count
-from labkit.support.errors import InvalidParameterError, InvalidPointsError, LogError
+from labkit.support.errors import InvalidParameterError, InvalidPointsError
 from labkit.support.interrupts import loading
-from labkit.support.progress import show_progress
 from labkit.support.warm import warm
 
 DESCRIPTION = """\
@@ -57,12 +51,6 @@ OPTIONS = {  # fields of `OdometryParameters`, and those of their fields that ar
     "icp": tuple(SHORT),
     "limits": ("max_translation",),
 }
-OF_READING = (  # parameters of `read_log`
-    *("scans", "start", "angles", "range_min", "range_max", "mirrored", "time_increment"),
-    *("no_return", "laser_offset", "odometry", "topic", "odometry_topic", "strict"),
-)
-STANDARD_INPUT = "standard input"  # in messages
-SHOWN_DAMAGE = 5  # damaged lines that are named one by one
 
 
 def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -73,46 +61,17 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
         "odometry", help=about, description=DESCRIPTION, formatter_class=formatter
     )
     parser.set_defaults(run=run)
+    add_log_options(parser)
     add = parser.add_argument
-    add("log", metavar="LOG", help="a log file, `-`, or `killian`")
     add("--prior", choices=("auto", "none"), default="auto", help="none: leave odometry aside")
     skew = "none: leave the motion within a sweep aside, where the log tells the time of its beams"
     add("--deskew", choices=("auto", "none"), default="auto", help=skew)
-    wheels = "wheel odometry of the robot, TUM, on the clock of the scans"
-    add("--odometry", metavar="FILE", help=wheels)
-    add("--scans", type=int, metavar="N", help="read N scans only (default all)")
-    add("--start", type=int, default=0, metavar="K", help="begin with scan K (default 0)")
     files = (
         f"PREFIX of {', '.join(WRITERS)} (default the log's name), or a folder for files of the "
         f"log's name; `none` writes nothing"
     )
     add("--out", metavar="PREFIX", help=files)
-    add("-q", "--quiet", action="store_true", help="show no progress and no summary")
-    _add_log_options(parser)
     _add_parameters(parser)
-
-
-def _add_log_options(parser: argparse.ArgumentParser) -> None:
-    """Add the parameters of `labkit.logs.read_log`."""
-    add = parser.add_argument_group("log").add_argument
-    pose = ("X", "Y", "THETA")
-    place = "the scanner's place on the robot, where the log does not say it [m, m, rad]"
-    beams = "directions of the first and the last beam [rad], in place of what the log declares"
-    near = "ranges make points above this, in place of what the log declares [m]"
-    far = "ranges make points below this, likewise; inf for all [m]"
-    beam_time = "time from one beam to the next [s], in place of what the log declares"
-    mirrored = "the scanner hangs upside down, or counts its angles clockwise"
-    codes = "ranges that mean nothing came back [m], or none (default: the known codes)"
-    add("--laser-offset", nargs=3, type=float, metavar=pose, help=place)
-    add("--angles", nargs=2, type=float, metavar=("FIRST", "LAST"), help=beams)
-    add("--range-min", type=float, metavar="X", help=near)
-    add("--range-max", type=float, metavar="X", help=far)
-    add("--mirrored", action=argparse.BooleanOptionalAction, help=mirrored)
-    add("--time-increment", type=float, metavar="X", help=beam_time)
-    add("--no-return", nargs="*", type=float, metavar="X", help=codes)
-    add("--topic", help="of the scans, in a bag with several")
-    add("--odometry-topic", metavar="TOPIC", help="of the odometry, likewise")
-    add("--strict", action="store_true", help="refuse a log with damaged lines")
 
 
 def _add_parameters(parser: argparse.ArgumentParser) -> None:
@@ -147,8 +106,10 @@ def run(args: argparse.Namespace) -> int:
     if args.scans is not None:
         check_count(args.scans, "scans", at_least=2)
     parameters = _parameters(args)
-    with _copy_standard_input(args.log) as file:
-        log = _read(file, args)
+    log = read(args)
+    if len(log) < 2:
+        way = "; a column `scan` tells scans apart" if log.format in {"points", "polar"} else ""
+        raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two{way}")
     paths = output_paths(args.out, log.name, [args.log, args.odometry])
     make_sure_of_room(paths, len(log))
     prior, source = (None, "the last motion") if args.prior == "none" else choose_prior(log)
@@ -160,10 +121,10 @@ def run(args: argparse.Namespace) -> int:
         warm()  # compiling is no time of a step
     began = time.process_time()
     deskew = args.deskew == "auto"
-    progress = _progress(args, "matching", "scan")
+    show = progress(args, "matching", "scan")
     with warnings.catch_warnings(action="ignore"):  # the remarks are told below
         result = estimate_odometry(
-            log.scans, prior, parameters, start=start, deskew=deskew, progress=progress
+            log.scans, prior, parameters, start=start, deskew=deskew, progress=show
         )
     seconds = time.process_time() - began
     wheels = None if prior is None or not np.isfinite(prior).all() else integrate(prior, start)
@@ -187,48 +148,6 @@ def _parameters(args: argparse.Namespace) -> OdometryParameters:
         for part, names in OPTIONS.items()
     }
     return replace(defaults, **parts)
-
-
-def _progress(
-    args: argparse.Namespace, doing: str, unit: str
-) -> Callable[[Iterable[Any]], Iterable[Any]]:
-    return iter if args.quiet else partial(show_progress, doing=doing, unit=unit)
-
-
-@contextmanager
-def _copy_standard_input(log: str) -> Iterator[str]:
-    """Name the log's file: of standard input, ``-``, a copy that lasts for the time of reading."""
-    if log != "-":
-        yield log
-        return
-    with TemporaryDirectory() as folder:
-        copy = Path(folder) / "stdin"
-        with copy.open("wb") as file:
-            shutil.copyfileobj(sys.stdin.buffer, file)
-        try:
-            yield str(copy)
-        except LogError as error:  # the user does not know the copy
-            raise LogError(str(error).replace(str(copy), STANDARD_INPUT)) from None
-        except InvalidParameterError as error:
-            problem = error.problem.replace(str(copy), STANDARD_INPUT)
-            raise InvalidParameterError(problem, parameter=error.parameter) from None
-
-
-def _read(file: str, args: argparse.Namespace) -> Log:
-    """Read the log; damage and oddities go to stderr."""
-    options = {name: getattr(args, name) for name in OF_READING}
-    log = read_log(file, progress=_progress(args, "reading", "line"), **options)
-    if len(log) < 2:
-        way = "; a column `scan` tells scans apart" if log.format == "points" else ""
-        raise InvalidPointsError(f"{log.name} holds a single scan; a motion needs two{way}")
-    for line in log.skipped[:SHOWN_DAMAGE]:
-        named = line if args.log != "-" else replace(line, file=STANDARD_INPUT)
-        print(f"skipped {named}", file=sys.stderr)
-    if (rest := len(log.skipped) - SHOWN_DAMAGE) > 0:
-        print(f"... and {rest} more damaged lines", file=sys.stderr)
-    for remark in log.remarks:
-        print(f"note: {remark}", file=sys.stderr)
-    return log
 
 
 def _print_errors(log: Log, result: OdometryResult, wheels: FloatArray | None) -> None:

@@ -1,7 +1,16 @@
 """Logs, of which `read_log` reads every format, and trajectories."""
 
 from labkit.logs.log import Log, SkippedLine
+from labkit.logs.options import LogOptions
 from labkit.logs.read_log import read_log
 from labkit.logs.trajectories import interpolate_poses, read_tum, write_tum
 
-__all__ = ["Log", "SkippedLine", "interpolate_poses", "read_log", "read_tum", "write_tum"]
+__all__ = [
+    "Log",
+    "LogOptions",
+    "SkippedLine",
+    "interpolate_poses",
+    "read_log",
+    "read_tum",
+    "write_tum",
+]

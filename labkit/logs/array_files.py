@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import math
 import zipfile
-from collections.abc import Iterator, Mapping
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from labkit.logs.columns import parse_title
-from labkit.logs.lines import DamageReport, shorten
-from labkit.logs.scanner import Scanner
-from labkit.logs.sweeps import Sweep
+from labkit.logs.lines import shorten
+from labkit.logs.reader import Reader, Reading, Source, Sweep
 from labkit.scan import check_angles
 from labkit.support.arrays import FloatArray, as_finite, as_floats
 from labkit.support.errors import LabkitError, LogError
@@ -26,41 +24,50 @@ MAGIC = b"\x93NUMPY"
 FEWEST_BEAMS = 4
 
 
-def is_array_file(path: Path) -> bool:
+def _is_array_file(source: Source) -> bool:
     """Recognise an ``.npy`` by its first bytes, an ``.npz`` by the names in its archive."""
+    if not source.first_bytes.startswith(b"PK"):
+        return source.first_bytes.startswith(MAGIC)
     try:
-        with open(path, "rb") as file:
-            head = file.read(len(MAGIC))
-            if not head.startswith(b"PK"):
-                return head == MAGIC
-            names = zipfile.ZipFile(file).namelist()
-    except (OSError, ValueError, zipfile.BadZipFile):  # the reader of lines says so
+        names = zipfile.ZipFile(source.path).namelist()
+    except (OSError, zipfile.BadZipFile):  # the reader of lines says so
         return False
     return bool(names) and all(name.endswith(".npy") for name in names)
 
 
-def read_array_file(path: Path, report: DamageReport, scanner: Scanner) -> Iterator[Sweep]:
-    """Yield a sweep of each row of ranges; a line is the number of the row, from 1."""
+def read(source: Source) -> Reading:
+    """Read a sweep of each row of ranges; a line is the number of the row, from 1."""
+    report = source.report
     try:
-        loaded: Any = np.load(path, allow_pickle=False)
+        loaded: Any = np.load(source.path, allow_pickle=False)
         arrays = dict(loaded) if isinstance(loaded, Mapping) else {"ranges": loaded}
     except Exception as error:  # of damaged archives, and of arrays of objects
         raise LogError(f"{report.file}: cannot be read: {shorten(str(error))}") from None
+    reading = Reading()
     try:
-        ranges, angles, stamps = _take_apart(arrays, report, scanner)
+        ranges, angles, stamps = _take_apart(arrays, reading, source)
     except LabkitError as error:
         raise LogError(f"{report.file}: {error}") from None
-    for row, (values, stamp) in enumerate(zip(ranges, stamps, strict=True), 1):
+    rows = zip(ranges, stamps.tolist(), strict=True)
+    reading.sweeps = source.part(source.progress(_sweeps(rows, angles, source)))
+    return reading
+
+
+def _sweeps(
+    rows: Iterable[tuple[FloatArray, float]], angles: FloatArray, source: Source
+) -> Iterator[Sweep]:
+    for number, (ranges, stamp) in enumerate(rows, 1):
         try:
-            yield Sweep(row, scanner.scan(values, angles, report, stamp=float(stamp)))
+            yield Sweep(number, source.scanner.scan(ranges, angles, source.report, stamp=stamp))
         except LabkitError as damage:
-            report.skip(row, damage)
+            source.report.skip(number, damage)
 
 
 def _take_apart(
-    arrays: Mapping[str, Any], report: DamageReport, scanner: Scanner
+    arrays: Mapping[str, Any], reading: Reading, source: Source
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Ranges (K, B) [m], angles (B,) [rad] and stamps (K,) by the names of the arrays."""
+    scanner = source.scanner
     named = {name: parse_title(name) for name in arrays}
     if len(arrays) == 1:
         named = {name: parse_title("ranges") for name in arrays}
@@ -82,7 +89,7 @@ def _take_apart(
         angles = angles * named[name].scale * (-1.0 if scanner.mirrored else 1.0)
         check_angles(angles, name)
     elif scanner.angles is not None:
-        angles = scanner.beams(count, 0.0, 0.0, report)
+        angles = scanner.beams(count, 0.0, 0.0, source.report)
     else:
         raise LogError(
             f"{len(ranges)} rows of {count} numbers; name the first and the last beam's direction "
@@ -92,6 +99,15 @@ def _take_apart(
     stamps = np.full(len(ranges), math.nan)
     if "clock" in by_meaning:
         name = by_meaning["clock"]
-        report.clock_is_named = bool(named[name].unit)
+        reading.clock_is_named = bool(named[name].unit)
         stamps = as_floats(arrays[name], name, "one per scan", (len(ranges),)) * named[name].scale
     return ranges, angles, stamps
+
+
+READER = Reader(
+    name="ranges",
+    files="arrays of numpy, one scan a row",
+    recognises=_is_array_file,
+    uses=("angles", "no_return", "time_increment"),
+    read=read,
+)

@@ -31,16 +31,21 @@ class DamagedLine(LabkitError):
 
 
 class DamageReport:
-    """Damage and oddities of one file; under `strict` the first damage raises `LogError`."""
+    """Damage and oddities of one file; under `strict` the first damage raises `LogError`.
 
-    def __init__(self, file: str | os.PathLike[str], *, strict: bool) -> None:
-        check_kind(file, "path", str, os.PathLike)
+    Messages call the file by `name`, if there is one.
+    """
+
+    def __init__(
+        self, path: str | os.PathLike[str], *, strict: bool, name: str | None = None
+    ) -> None:
+        check_kind(path, "path", str, os.PathLike)
         check_kind(strict, "strict", bool)
-        self.file = os.fspath(file)
+        self.path = os.fspath(path)
+        self.file = name or self.path
         self.strict = strict
         self.skipped: list[SkippedLine] = []
         self.remarks: list[str] = []
-        self.clock_is_named = False  # its unit, by a title
         self._oddities: Counter[str] = Counter()
 
     def skip(self, line: int, reason: object) -> None:
@@ -105,7 +110,7 @@ def _decode_lines(report: DamageReport) -> Iterator[str]:
     file = report.file
     line_count = 0
     try:
-        with open(file, "rb") as raw, _unpack(raw) as stream:
+        with open(report.path, "rb") as raw, _unpack(raw) as stream:
             head = stream.peek(TAR_BLOCK)
             if head[TAR_PLACE : TAR_PLACE + len(TAR)] == TAR:
                 raise LogError("it is a tar archive; unpack it")

@@ -40,7 +40,7 @@ class Log:
     name : str
         Name of the run: the file's, without its suffixes.
     format : str
-        ``"carmen"``, ``"g2o"``, ``"ros"``, ``"points"`` or ``"ranges"``.
+        ``"carmen"``, ``"g2o"``, ``"ros"``, ``"ranges"``, ``"polar"`` or ``"points"``.
     skipped : tuple of SkippedLine
         The damaged lines that were left out.
     remarks : tuple of str

@@ -17,6 +17,7 @@ import numpy as np
 
 from labkit.logs.clocks import parse_stamp
 from labkit.logs.columns import POLAR, XY, Column, parse_title, split_row
+from labkit.logs.doubts import MAX_USUAL_RANGE
 from labkit.logs.lines import (
     DamagedLine,
     DamageReport,
@@ -25,8 +26,7 @@ from labkit.logs.lines import (
     parse_finite,
     parse_numbers,
 )
-from labkit.logs.scanner import Scanner
-from labkit.logs.sweeps import MAX_USUAL_RANGE, Sweep
+from labkit.logs.reader import Reader, Reading, Source, Sweep, holds_values
 from labkit.scan import check_angles
 from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.errors import InvalidParameterError, LogError
@@ -41,17 +41,15 @@ def coordinates_of(columns: Sequence[Column]) -> tuple[str, str] | None:
     return next((pair for pair in (XY, POLAR) if named.issuperset(pair)), None)
 
 
-def read_points_table(
-    lines: Iterable[tuple[int, str]],
-    report: DamageReport,
-    columns: Sequence[Column],
-    scanner: Scanner,
-) -> list[Sweep]:
+def read(source: Source) -> Reading:
     """Read rows of points; scans come in the order in which their number is first met."""
+    report, scanner = source.report, source.scanner
+    columns = source.table.columns
     pair = coordinates_of(columns) or XY
+    lines = source.lines(source.table.begin)
     line_numbers, rows, places = _read_rows(lines, report, columns, pair)
     if not len(rows):
-        return []
+        return Reading()
     if not columns:
         _suspect_angles(rows[:, 2:], report)
     if pair == POLAR:
@@ -60,7 +58,7 @@ def read_points_table(
     if pair == XY:
         _suspect_millimetres(rows[groups[0], 2:], report)
     sweeps = []
-    for group in groups:
+    for group in source.part(groups):
         line = line_numbers[group][0]
         stamp = float(rows[group][0, 1])
         points = rows[group, 2:]
@@ -71,7 +69,7 @@ def read_points_table(
             directions = -angles if scanner.mirrored else angles
             scan = scanner.scan(ranges, directions, report, stamp=stamp)
             sweeps.append(Sweep(int(line), scan))
-    return sweeps
+    return Reading(sweeps=sweeps)
 
 
 def _read_rows(
@@ -211,3 +209,25 @@ def _suspect_millimetres(points: FloatArray, report: DamageReport) -> None:
             f"half of the points lie more than {extent:.4g} m from their middle: are they "
             f"millimetres? labkit reads metres"
         )
+
+
+def _are_points(source: Source) -> bool:
+    """Recognise titles of coordinates, or two or three numbers a row without titles."""
+    table = source.table
+    first = next(filter(holds_values, table.rows), [])
+    is_pair = len([field for field in first if field]) > 1 and not table.has_unknown_titles
+    return coordinates_of(table.columns) == XY or (is_pair and not coordinates_of(table.columns))
+
+
+READERS = (
+    Reader(
+        name="polar",
+        files="points as rows `scan,angle,range`",
+        recognises=lambda source: coordinates_of(source.table.columns) == POLAR,
+        uses=("no_return", "time_increment"),
+        read=read,
+    ),
+    Reader(
+        name="points", files="points as rows `x,y` or `scan,x,y`", recognises=_are_points, read=read
+    ),
+)

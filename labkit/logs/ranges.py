@@ -30,15 +30,15 @@ from labkit.logs.lines import (
     parse_finite,
     parse_numbers,
 )
+from labkit.logs.reader import Reader, Reading, Source, Sweep, Table, holds_values
 from labkit.logs.scanner import Scanner
-from labkit.logs.sweeps import Sweep
 from labkit.support.arrays import FloatArray
 from labkit.support.errors import InvalidParameterError, LogError
 
 FEWEST_BEAMS = 4
 MAX_UNEVENNESS = 0.5  # of a step: directions may be rounded
 FEWEST_POSITIVE = 30  # beams: the ranges of so many hardly ever run evenly, even along a wall
-FIRST_ROWS = 50  # tell whether rows end in a comma, and whether the first column rises
+FIRST_ROWS = 50  # tell whether rows end in a comma
 GEOMETRY = ("angle_min", "angle_max", "angle_increment")
 DECLARED = (*GEOMETRY, "time_increment", "range_min", "range_max")
 IN_ONE_WORD = {name.replace("_", ""): name for name in DECLARED}  # `AngleMin`, as MATLAB writes
@@ -119,42 +119,56 @@ def _choose_clocks(clocks: Sequence[Column], columns: Sequence[Column]) -> list[
     return [(columns.index(column), column.scale) for column in chosen]
 
 
-def read_ranges_table(
-    lines: Iterable[tuple[int, str]],
-    report: DamageReport,
-    columns: Sequence[Column],
-    scanner: Scanner,
-) -> Iterator[Sweep]:
-    """Yield a sweep of each row of ranges; an empty field is no return."""
+def are_ranges(table: Table) -> bool:
+    """Recognise columns of ranges: numbered beams, one with a list of them, or many numbers."""
+    numbered = sum(column.number is not None for column in table.columns)
+    lists = [k for k, column in enumerate(table.columns) if column.meaning == "range"]
+    counts = [len(list_fields(row[k])) for row in table.rows for k in lists if k < len(row)]
+    if numbered >= FEWEST_BEAMS or max(counts, default=0) >= FEWEST_BEAMS:
+        return True
+    first = next(filter(holds_values, table.rows), [])
+    return not table.has_unknown_titles and len(first) >= FEWEST_BEAMS
+
+
+def read(source: Source) -> Reading:
+    """Read a sweep of each row of ranges; an empty field is no return."""
+    report, table = source.report, source.table
+    lines = source.lines(table.begin)
     rows = ((number, row) for number, text in lines if (row := split_row(text)))
     first_rows = list(islice(rows, FIRST_ROWS))
     if not first_rows:
-        return
-    if columns:
-        layout = layout_of(columns, report.file)
+        return Reading()
+    if table.columns:
+        layout = layout_of(table.columns, report.file)
     else:
         _refuse_directions(first_rows, report.file)
         ends_in_comma = not any(row[-1] for _, row in first_rows)
         width = len(first_rows[0][1])
         beams = range(width - ends_in_comma)
         layout = Layout(width=width, beams=beams, scale=1.0, clocks=(), declared={})
-    report.clock_is_named = any(columns[k].unit for k, _ in layout.clocks)
-    _expect_directions(layout, first_rows[0][1], report, scanner)
-    firsts, row_count, rises = -math.inf, 0, not columns
-    for number, row in chain(first_rows, rows):
+    _expect_directions(layout, first_rows[0][1], report, source.scanner)
+    sweeps = source.part(_sweeps(chain(first_rows, rows), layout, source))
+    is_named = any(table.columns[k].unit for k, _ in layout.clocks)
+    if not table.columns:
+        _suspect_a_clock(sweeps, report)
+    return Reading(sweeps=sweeps, clock_is_named=is_named)
+
+
+def _sweeps(
+    rows: Iterable[tuple[int, Sequence[str]]], layout: Layout, source: Source
+) -> Iterator[Sweep]:
+    for number, row in rows:
         try:
             expect_fields(row, layout.width, f"{len(layout.beams)} beams")
-            sweep = _parse_sweep(number, row, layout, report, scanner)
+            yield _parse_sweep(number, row, layout, source.report, source.scanner)
         except (DamagedLine, InvalidParameterError) as damage:
-            report.skip(number, damage)
-            continue
-        first = float(np.asarray(sweep.scan.ranges)[0]) if rises else math.nan
-        rises = rises and first > firsts
-        firsts, row_count = first, row_count + 1
-        if rises and row_count == FIRST_ROWS:
-            report.remarks.append(RISING)
-        yield sweep
-    if rises and FEWEST_BEAMS < row_count < FIRST_ROWS:
+            source.report.skip(number, damage)
+
+
+def _suspect_a_clock(sweeps: Sequence[Sweep], report: DamageReport) -> None:
+    """Remark on a first beam that rises in every row of a table without titles."""
+    firsts = [np.asarray(sweep.scan.ranges)[0] for sweep in sweeps]
+    if len(firsts) > FEWEST_BEAMS and (np.diff(firsts) > 0.0).all():
         report.remarks.append(RISING)
 
 
@@ -235,3 +249,12 @@ def _parse_declared(field: str, name: str) -> float:
     if name.startswith("range"):
         return parse_numbers([field], name)[0]
     return parse_finite(field, name)
+
+
+READER = Reader(
+    name="ranges",
+    files="tables of ranges, one scan a row",
+    recognises=lambda source: are_ranges(source.table),
+    uses=("angles", "no_return", "time_increment"),
+    read=read,
+)

@@ -8,7 +8,7 @@ optional and imported only when a bag is read.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from itertools import count
@@ -19,8 +19,8 @@ import numpy as np
 
 from labkit.logs.lines import DamagedLine, DamageReport, expect_near, shorten
 from labkit.logs.mounting import MAX_LEAN, Mounting, Transform, find_mounting, read_transforms
+from labkit.logs.reader import Reader, Reading, Source, Sweep
 from labkit.logs.scanner import Scanner
-from labkit.logs.sweeps import Sweep
 from labkit.logs.trajectories import planar_heading
 from labkit.support.arrays import FloatArray
 from labkit.support.errors import LabkitError, LogError
@@ -44,48 +44,34 @@ Topic = tuple[str, str]  # its name and the type of its messages
 Bag = tuple[Any, Callable[[bytes, str], Any]]  # the reader, and the decoder of its messages
 
 
-def bag_kind(path: Path) -> str:
+def bag_kind(source: Source) -> str:
     """Usual suffix of a bag by its first bytes, a directory of ROS 2 by its metadata, or none."""
-    try:
-        if os.path.isfile(path / "metadata.yaml"):
-            return DIRECTORY
-        with open(path, "rb") as file:
-            head = file.read(16)
-    except (OSError, ValueError):  # no file, or no name of one: the reader says so
-        head = b""
+    path, head = source.path, source.first_bytes
+    if not head and os.path.isfile(path / "metadata.yaml"):
+        return DIRECTORY
     named = path.suffix if path.suffix in FIRST_BYTES.values() else ""  # if its head is lost
     if head.startswith(b"version https:"):  # of Git LFS: the reader of lines says so
         named = ""
     return next((kind for first, kind in FIRST_BYTES.items() if head.startswith(first)), named)
 
 
-def read_bag(
-    path: Path,
-    report: DamageReport,
-    scanner: Scanner,
-    part: Callable[[Iterable[Sweep]], Iterable[Sweep]],
-    progress: Callable[[Iterable[Any]], Iterable[Any]],
-    *,
-    topic: str | None,
-    odometry_topic: str | None,
-) -> tuple[list[Sweep], FloatArray | None, FloatArray | None]:
-    """Read the sweeps of a bag, the robot's odometry, and the scanner's place on the robot.
-
-    The odometry's rows (t, x, y, θ) come as they arrived, the place is (x, y, θ); None where
-    the bag tells nothing of it.
-    """
-    bag = _open(path, report.file)
+def read(source: Source) -> Reading:
+    """Read the sweeps of a bag, the robot's odometry, and the scanner's place on the robot."""
+    report, options = source.report, source.options
+    bag = _open(source.path, bag_kind(source), report.file)
     with closing(bag[0]):
-        chosen = _choose(bag, (LASER_SCAN, MULTI_ECHO), topic, "topic", report.file)
-        if chosen is None:
+        scans = _choose(bag, (LASER_SCAN, MULTI_ECHO), options.topic, "topic", report.file)
+        if scans is None:
             raise LogError(f"{report.file}: a bag without any scan, expected {LASER_SCAN} messages")
-        wheel = _choose(bag, (ODOMETRY,), odometry_topic, "odometry_topic", report.file)
-        mounting = _mounting(bag, chosen, wheel, report)
+        wheel = _choose(bag, (ODOMETRY,), options.odometry_topic, "odometry_topic", report.file)
+        mounting = _mounting(bag, scans, wheel, report)
+        scanner = source.scanner
         if mounting is not None and scanner.mirrored is None:
             scanner = replace(scanner, mirrored=mounting.is_upside_down)
-        sweeps = list(part(progress(_sweeps(bag, chosen, report, scanner))))
+        sweeps = source.part(source.progress(_sweeps(bag, scans, report, scanner)))
         track = None if wheel is None or not sweeps else _track(bag, wheel, report)
-    return sweeps, track, None if mounting is None else mounting.offset
+    offset = None if mounting is None else mounting.offset
+    return Reading(sweeps=sweeps, track=track, offset=offset, clock_is_named=True)
 
 
 def _mounting(bag: Bag, scans: Topic, wheel: Topic | None, report: DamageReport) -> Mounting | None:
@@ -124,12 +110,11 @@ def _mounting(bag: Bag, scans: Topic, wheel: Topic | None, report: DamageReport)
     return mounting
 
 
-def _open(path: Path, file: str) -> Bag:
+def _open(path: Path, kind: str, file: str) -> Bag:
     need("rosbags", purpose=f"{file}: reading a ROS bag", extra="ros")
     from rosbags import rosbag1, rosbag2  # noqa: PLC0415
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore  # noqa: PLC0415
 
-    kind = bag_kind(path)
     is_ros1 = kind == ".bag"
     store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
     if TRANSFORMS not in store.types:
@@ -225,3 +210,16 @@ def _track(bag: Bag, topic: Topic, report: DamageReport) -> FloatArray:
             f"{report.file}: no usable {ODOMETRY} message on {topic[0]}{report.summary()}"
         )
     return np.array(rows)
+
+
+def _is_bag(source: Source) -> bool:
+    return bool(bag_kind(source))
+
+
+READER = Reader(
+    name="ros",
+    files="ROS 1 and ROS 2 bags",
+    recognises=_is_bag,
+    uses=("angles", "no_return", "laser_offset", "time_increment", "topic", "odometry_topic"),
+    read=read,
+)

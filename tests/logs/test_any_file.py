@@ -163,7 +163,7 @@ def test_a_part_is_that_part_and_no_line_behind_it_is_read(save, text_of, kind, 
     start, count = part
     path = save(text_of(kind))
     whole, _ = scans_of(path, kind)
-    monkeypatch.setattr(sys.modules["labkit.logs.read_log"], "HEAD_LINES", 3)
+    monkeypatch.setattr(sys.modules["labkit.logs.reader"], "HEAD_LINES", 3)
     read = []
     progress = partial(keep_what_is_read, read)
     scans, _ = scans_of(path, kind, start=start, scans=count, progress=progress)

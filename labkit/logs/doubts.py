@@ -1,4 +1,4 @@
-"""Sweeps as a log holds them, the scans made of them, and codes for "nothing came back".
+"""Doubts about what was read: codes for "nothing came back", clocks, units.
 
 A scanner that saw nothing writes a special number; most logs do not say which. SICK's codes are
 the nine largest numbers of the scanner's 13 to 16 bits, in millimetres or centimetres: 8.183 to
@@ -11,19 +11,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.logs.clocks import UNITS, unit_of
 from labkit.logs.lines import DamageReport
+from labkit.logs.reader import Reading, Sweep
 from labkit.logs.stored import Band, StoredScan, StoredScans, within
 from labkit.scan import LONGEST_RANGE, Scan
 from labkit.support.arrays import FloatArray, as_floats
 from labkit.support.errors import InvalidParameterError
 
-Pose = tuple[float, float, float]
 CODE_ROUNDING = 0.005  # [m]: the third decimal of a code may be lost
 KNOWN_CODES: tuple[Band, ...] = (  # [m]
     (50.0, 52.0),  # of the Killian and ACES logs
@@ -43,26 +42,15 @@ BATCH_SIZE = 512  # scans whose ranges are looked at together
 MAX_USUAL_RANGE = 100.0  # [m]: hardly a range in metres is longer, and none in millimetres shorter
 
 
-class Sweep(NamedTuple):
-    """One sweep of a log, and the poses that its line tells."""
-
-    line: int  # in the file, or the number of the message
-    scan: StoredScan | Scan  # ranges outside the declared band make no point
-    laser: Pose = (0.0, 0.0, 0.0)
-    robot: Pose = (0.0, 0.0, 0.0)
-    vertex: Pose | None = None  # above it, in a graph
-
-
-def make_scans(
-    sweeps: list[Sweep], report: DamageReport, no_return: ArrayLike | None
-) -> StoredScans:
+def make_scans(reading: Reading, report: DamageReport, no_return: ArrayLike | None) -> StoredScans:
     """Scans of a log without the codes that `no_return` names or, by default, the known ones.
 
     The list of sweeps is emptied: a long log is not held twice.
     """
+    sweeps = reading.sweeps
     codes = _find_codes(sweeps, report) if no_return is None else _as_codes(no_return)
     _suspect_millimetres(sweeps, report)
-    stamps = _settle_clock(sweeps, report)
+    stamps = _settle_clock(reading, report)
     is_slow = _sweeps_outlast_steps(sweeps, stamps, report)
     scans = list[StoredScan | Scan]()
     sweeps.reverse()
@@ -104,12 +92,13 @@ def _suspect_millimetres(sweeps: Sequence[Sweep], report: DamageReport) -> None:
         )
 
 
-def _settle_clock(sweeps: Sequence[Sweep], report: DamageReport) -> FloatArray:
+def _settle_clock(reading: Reading, report: DamageReport) -> FloatArray:
     """Stamps of the sweeps in seconds, NaN where the clock stands at zero; remarks on both."""
+    sweeps = reading.sweeps
     stamps = np.array([sweep.scan.stamp for sweep in sweeps])
     if not stamps.any():  # a clock that stands at zero is none
         return np.full(len(stamps), np.nan)
-    unit = 1.0 if report.clock_is_named else unit_of(stamps)
+    unit = 1.0 if reading.clock_is_named else unit_of(stamps)
     if unit != 1.0:
         step = np.median(np.abs(np.diff(stamps))) if len(stamps) > 1 else stamps[0]
         report.remarks.append(

@@ -1,0 +1,151 @@
+"""What a caller says of a log: it goes before what the file says."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from labkit.logs.scanner import Scanner
+from labkit.scan import check_angles
+from labkit.support.arrays import (
+    FloatArray,
+    as_numbers,
+    check_count,
+    check_kind,
+)
+from labkit.support.errors import InvalidParameterError
+
+Odometry = str | os.PathLike[str] | tuple[ArrayLike, ArrayLike]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LogOptions:
+    """Options of `read_log`, checked when the object is made.
+
+    An option that the format of the file cannot use is refused.
+
+    Attributes
+    ----------
+    scans, start : int, optional
+        Read so many scans (default all), from this one on, counted from 0. No more of the file
+        is read than they need, but of a table of points.
+    angles : array_like, shape (2,), optional
+        Directions [rad] of the first and the last beam; the others lie between them at one step.
+        A table of ranges needs them, unless its columns tell them.
+    range_min, range_max : float, optional
+        The band in which a range makes a point [m].
+    mirrored : bool, optional
+        The scanner hangs upside down, or counts its angles clockwise: they change their sign. By
+        default as the transforms of a bag say, else false.
+    time_increment : float, optional
+        Time from one beam to the next [s]; 0 if all beams count as measured at once.
+    no_return : array_like, optional
+        Ranges [m] that mean "nothing came back", to 1.5 mm; ``()`` for none. By default the
+        known code with which a log's ranges end, named in `Log.remarks`.
+    laser_offset : array_like, shape (3,), optional
+        Pose of the scanner on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]), for
+        a text that does not declare it itself: ``T_w_laser = T_w_robot @ T_robot_laser``. By
+        default as the transforms of a bag say, else zero.
+    odometry : path-like or tuple (times, poses), optional
+        Wheel odometry of the robot in place of the log's own: a file in the format TUM, or times
+        [s], shape (M,), with poses, shape (M, 3). They are joined by the stamps of the scans.
+    topic, odometry_topic : str, optional
+        In a bag: the topic of the scans and of the odometry, where there are several.
+    strict : bool
+        Raise at the first damaged line instead of skipping it into `Log.skipped`.
+    name : str, optional
+        What messages call the file, in place of its path.
+    """
+
+    scans: int | None = field(default=None, metadata={"help": "read N scans only (default all)"})
+    start: int = field(default=0, metadata={"help": "begin with scan K (default 0)"})
+    angles: ArrayLike | None = field(
+        default=None,
+        metadata={"help": "directions of the first and the last beam, in place of the log's [rad]"},
+    )
+    range_min: float | None = field(
+        default=None,
+        metadata={"help": "ranges make points above this, in place of the log's [m]"},
+    )
+    range_max: float | None = field(
+        default=None,
+        metadata={"help": "ranges make points below this, likewise; inf for all [m]"},
+    )
+    mirrored: bool | None = field(
+        default=None,
+        metadata={"help": "the scanner hangs upside down, or counts its angles clockwise"},
+    )
+    time_increment: float | None = field(
+        default=None,
+        metadata={"help": "time from one beam to the next, in place of the log's [s]"},
+    )
+    no_return: ArrayLike | None = field(
+        default=None,
+        metadata={"help": "ranges that mean nothing came back, or none (default: known codes) [m]"},
+    )
+    laser_offset: ArrayLike | None = field(
+        default=None,
+        metadata={"help": "its place on the robot, if the log does not say it [m, m, rad]"},
+    )
+    odometry: Odometry | None = field(
+        default=None,
+        metadata={"help": "wheel odometry of the robot, TUM, on the clock of the scans"},
+    )
+    topic: str | None = field(
+        default=None,
+        metadata={"help": "of the scans, in a bag with several"},
+    )
+    odometry_topic: str | None = field(default=None, metadata={"help": "of the odometry, likewise"})
+    name: str | None = None
+    strict: bool = field(default=False, metadata={"help": "refuse a log with damaged lines"})
+
+    def __post_init__(self) -> None:
+        for name in ("topic", "odometry_topic", "name"):
+            check_kind(getattr(self, name), name, str, type(None))
+        check_kind(self.strict, "strict", bool)
+        check_angles(self.offset[2:], "laser_offset")
+        check_count(self.start, "start", at_least=0, at_most=sys.maxsize)
+        if self.scans is not None:
+            check_count(self.scans, "scans", at_least=1, at_most=sys.maxsize)
+        assert self.scanner  # it checks what it is made of
+        given = self.odometry
+        is_pair = isinstance(given, Sequence) and len(given) == 2
+        if not (given is None or isinstance(given, str | os.PathLike) or is_pair):
+            raise InvalidParameterError(
+                f"must be a file in the format TUM, or (times, poses), got {given!r:.80}",
+                parameter="odometry",
+            )
+
+    @property
+    def part(self) -> tuple[int, int | None]:
+        """Numbers of the first scan of the part, and of the first one behind it."""
+        end = None if self.scans is None else min(self.start + self.scans, sys.maxsize)
+        return self.start, end
+
+    @cached_property
+    def scanner(self) -> Scanner:
+        """The caller's word on the scanner."""
+        directions = None
+        if self.angles is not None:
+            first, last = as_numbers(self.angles, "angles", "first, last [rad]")
+            check_angles(np.array([first, last]), "angles")
+            directions = float(first), float(last)
+        return Scanner(
+            angles=directions,
+            range_min=self.range_min,
+            range_max=self.range_max,
+            time_increment=self.time_increment,
+            mirrored=self.mirrored,
+        )
+
+    @property
+    def offset(self) -> FloatArray:
+        """The scanner's place on the robot by the caller, (3,), or zero."""
+        given = np.zeros(3) if self.laser_offset is None else self.laser_offset
+        return as_numbers(given, "laser_offset")
