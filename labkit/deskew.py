@@ -7,9 +7,8 @@ robot that turns by 90 degrees a second has turned by 9 degrees when the last be
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,53 +49,37 @@ def deskew(scan: Scan, velocity: ArrayLike) -> Scan:
     return replace(scan, points=points, time_increment=0.0)
 
 
-class Skew:
-    """The skew of the sweeps of a run, which are given one after the other.
+class Velocities(NamedTuple):
+    """Velocities of the scanner, by which the next sweep of a run is straightened.
 
-    While sweep k lasts, the scanner moves on to the pose of sweep k + 1. Its velocity comes from
-    the wheels. Without wheels it is the mean velocity of the last two steps; for the first sweep
-    it is that from the first sweep to the second. (The velocity of the last step alone would not
-    do: an error of one step would come back in the next one with the other sign.)
+    While sweep k lasts, the scanner moves on to the pose of sweep k + 1, which nobody knows yet. So
+    its velocity is that of the wheels since sweep k − 1. Without wheels it is the mean velocity of
+    the last two steps. (The velocity of the last step alone would not do: an error of one step
+    would come back in the next one with the other sign.)
     """
 
-    def __init__(
-        self, increments: FloatArray | None, scans: Any, match: Callable[[Any], FloatArray]
-    ) -> None:
-        """Prepare for scans; `match` finds the motion from the first to the second, as they are."""
-        self._of_wheels = None if increments is None else _wheel_velocities(increments, scans)
-        self._of_steps: list[FloatArray] = []  # velocity of each step so far
-        if increments is None and isinstance(scans, Sequence) and len(scans) > 1:
-            self._match_first_two(scans[:2], match)
-        self._stamps: list[float] = []
+    stamp: float = math.nan  # of the last scan [s]
+    of_steps: tuple[FloatArray, ...] = ()  # of the last two steps
 
-    def _match_first_two(self, pair: Sequence[Any], match: Callable[[Any], FloatArray]) -> None:
-        """Find the first velocity from two sweeps as they are: both are skewed nearly alike."""
-        if any(getattr(scan, "time_increment", 0.0) == 0.0 for scan in pair):
-            return
-        duration = pair[1].stamp - pair[0].stamp
-        if duration > 0.0:
-            self._of_steps.append(match(pair) / duration)
+    def time_to(self, scan: Any) -> float:
+        """Time from the last scan to the next one [s]; NaN where it is unknown or not positive."""
+        duration = float(getattr(scan, "stamp", math.nan)) - self.stamp
+        return duration if duration > 0.0 else math.nan
 
-    def undo(self, scan: Any, last_motion: FloatArray | None) -> Any:
-        """Straighten the next scan of the run; `last_motion` led to the scan before it."""
-        k = len(self._stamps)
-        self._stamps.append(getattr(scan, "stamp", math.nan))
-        if k >= 2 and last_motion is not None:
-            duration = self._stamps[k - 1] - self._stamps[k - 2]
-            if duration > 0.0:
-                self._of_steps.append(last_motion / duration)
-        if getattr(scan, "time_increment", 0.0) == 0.0:
-            return scan
-        if self._of_wheels is not None and np.isfinite(self._of_wheels[k]).all():
-            return deskew(scan, self._of_wheels[k])
-        if not self._of_steps:
-            return scan
-        return deskew(scan, np.mean(self._of_steps[-2:], axis=0))
+    def during(self, scan: Any, prior: FloatArray | None) -> FloatArray | None:
+        """The velocity during the next scan; None where nothing tells it."""
+        if prior is not None and math.isfinite(self.time_to(scan)):
+            return prior / self.time_to(scan)
+        return np.mean(self.of_steps, axis=0) if self.of_steps else None
+
+    def after(self, scan: Any, increment: FloatArray) -> Velocities:
+        """The velocities after a step."""
+        of_steps = self.of_steps
+        if math.isfinite(self.time_to(scan)):
+            of_steps = (*of_steps, increment / self.time_to(scan))
+        return Velocities(float(getattr(scan, "stamp", math.nan)), of_steps[-2:])
 
 
-def _wheel_velocities(increments: FloatArray, scans: Sequence[Any]) -> FloatArray:
-    """Velocity of the wheels during each sweep; NaN without an increment or a time."""
-    durations = np.diff([getattr(scan, "stamp", math.nan) for scan in scans])
-    durations[~(durations > 0.0)] = np.nan
-    rows = increments / durations[:, None]
-    return np.vstack([rows, rows[-1:]])  # the last sweep moves on as the one before it
+def is_skewed(scan: Any) -> bool:
+    """True if a scan tells the time between its beams."""
+    return getattr(scan, "time_increment", 0.0) > 0.0

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from labkit.odometry.record import StepRecord
-from labkit.odometry.wheels import MIN_SHIFT, is_at_rest, scale_of
+from labkit.odometry.record import Decision, StepRecord
+from labkit.odometry.wheels import MIN_SHIFT, REST_SHIFT, is_at_rest, scale_of
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
 
@@ -24,55 +24,64 @@ MAX_SHARE_AT_LIMIT = 0.05  # of the beams, on average, that end at the largest r
 SAME_RANGE = 1e-6  # [m]: two ranges that differ by less are one
 
 
-def remarks_on(
-    records: Sequence[StepRecord],
-    largest: Sequence[FloatArray],
-    told: FloatArray | None = None,
-) -> tuple[str, ...]:
-    """Remarks on a run, from its records, the `largest_range` of each scan, and what wheels told.
+class Step(NamedTuple):
+    """What the remarks on a run need of one step."""
 
-    The rows of `told`, shape (K−1, 3), are NaN where they told nothing. Likely causes come first.
+    record: StepRecord
+    told: FloatArray | None = None  # by the wheels, (3,), in the frame of the scanner
+    largest: tuple[float, float] = (math.nan, math.nan)  # `largest_range` of its scan
+
+
+def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
+    """Remarks on a run by its steps, of which the first leads to scan `first_scan`.
+
+    Likely causes come first.
     """
+    largest = [step.largest for step in steps]
+    if steps and steps[0].record.decision is Decision.START:
+        steps = steps[1:]
+        first_scan += 1
+    records = [step.record for step in steps]
     return (
-        *wheel_remarks(records[1:]),
-        *standing_remarks(records[1:], told),
-        *blind_remarks(records),
-        *against_prior_remarks(records),
-        *free_remarks(records[1:]),
+        *wheel_remarks(records),
+        *standing_remarks(steps),
+        *blind_remarks(records, first_scan),
+        *against_prior_remarks(records, first_scan),
+        *free_remarks(records),
         *range_remarks(largest),
     )
 
 
-def blind_remarks(records: Sequence[StepRecord]) -> Iterator[str]:
+def blind_remarks(records: Sequence[StepRecord], first_scan: int) -> Iterator[str]:
     """Most steps without a match, or many in a row."""
-    unmatched = [not record.decision.matched for record in records[1:]]
+    unmatched = [not record.decision.matched for record in records]
     if sum(unmatched) > 0.5 * len(unmatched):
-        reason = records[1 + unmatched.index(True)].reason
+        reason = records[unmatched.index(True)].reason
         yield (
             f"{sum(unmatched)} of {len(unmatched)} steps had no match that is believed, the first "
             f"because {reason}; are ranges and wheels in metres, and angles in radians? If so, "
             f"does something hide the view?"
         )
         return
-    led = [record.led for record in records[1:]]
-    if longest := longest_stretch(led, MIN_BLIND_STEPS):
+    led = [record.led for record in records]
+    if longest := longest_stretch(led, MIN_BLIND_STEPS, first_scan):
         yield (
             f"{longest.words} follow the wheels, since the scans fit the map too "
             f"little: does something move or hide the view?"
         )
-    blind = [not record.decision.matched and not record.led for record in records[1:]]
-    if longest := longest_stretch(blind, MIN_BLIND_STEPS):
+    blind = [not record.decision.matched and not record.led for record in records]
+    if longest := longest_stretch(blind, MIN_BLIND_STEPS, first_scan):
         yield (
             f"{longest.words} were not matched, the first because "
-            f"{records[longest.first_scan].reason}: their motion was taken from the prior, or was "
+            f"{records[longest.first_step].reason}: their motion was taken from the prior, or was "
             f"zero"
         )
 
 
-def against_prior_remarks(records: Sequence[StepRecord]) -> Iterator[str]:
+def against_prior_remarks(records: Sequence[StepRecord], first_scan: int) -> Iterator[str]:
     """Several matches against the prior in a row."""
-    against_prior = [record.against_prior for record in records[1:]]
-    if longest := longest_stretch(against_prior, MIN_AGAINST_PRIOR):
+    against_prior = [record.against_prior for record in records]
+    if longest := longest_stretch(against_prior, MIN_AGAINST_PRIOR, first_scan):
         yield (
             f"{longest.words} were all matched against the prior: either the "
             f"wheels failed there (are they in metres?), or something that moves was taken for "
@@ -104,17 +113,26 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
                 f"the scans move {ratio:.3g} times as far as the wheels: does the scanner look "
                 f"backwards, or are the wheels in another unit than metres?"
             )
+            return
+    told = np.hypot(wheels[:, 0], wheels[:, 1])
+    measured = np.hypot(matches[:, 0], matches[:, 1])
+    drives = told > REST_SHIFT
+    if drives.sum() >= MIN_STEPS and np.median(measured[drives] / told[drives]) < MIN_RATIO:
+        yield (
+            f"the scans moved by {measured.sum():.2f} m in all where the wheels told "
+            f"{told.sum():.2f} m: do many beams see the robot itself? `range_min` "
+            f"(`--range-min`) leaves them out"
+        )
 
 
-def standing_remarks(steps: Sequence[StepRecord], told: FloatArray | None) -> Iterator[str]:
+def standing_remarks(steps: Sequence[Step]) -> Iterator[str]:
     """Wheels that tell that the robot stands while its scans move."""
-    if told is None:
-        return
     standing = 0
-    for step, wheels in zip(steps, told, strict=False):
-        x, y, turn = step.increment
+    for record, told, _ in steps:
+        x, y, turn = record.increment
         has_moved = math.hypot(x, y) > MIN_SHIFT or abs(turn) > MIN_TURN
-        standing += step.decision.matched and is_at_rest(wheels) and has_moved
+        is_standing = told is not None and is_at_rest(told)
+        standing += record.decision.matched and is_standing and has_moved
     if standing >= MIN_STEPS:
         yield (
             f"in {standing} steps the wheels told that the robot stands while its scans moved: did "
@@ -133,7 +151,7 @@ def free_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
         )
 
 
-def range_remarks(largest: Sequence[FloatArray]) -> Iterator[str]:
+def range_remarks(largest: Sequence[tuple[float, float]]) -> Iterator[str]:
     """One largest range that many beams share."""
     ranges, shares = np.reshape(largest, (-1, 2)).T
     if len(ranges) < MIN_STEPS or not np.isfinite(ranges).any():
@@ -149,33 +167,33 @@ def range_remarks(largest: Sequence[FloatArray]) -> Iterator[str]:
         )
 
 
-def largest_range(scan: Scan) -> FloatArray:
+def largest_range(scan: Any) -> tuple[float, float]:
     """The largest range of a scan [m], and the share of its beams that end there; else NaN."""
-    if scan.ranges is None or scan.beams is None or len(scan) == 0:
-        return np.array([math.nan, math.nan])
+    if not isinstance(scan, Scan) or scan.ranges is None or scan.beams is None or len(scan) == 0:
+        return math.nan, math.nan
     ranges = scan.ranges[scan.beams]
-    largest = ranges.max()
-    return np.array([largest, np.mean(ranges > largest - SAME_RANGE)])
+    largest = float(ranges.max())
+    return largest, float(np.mean(ranges > largest - SAME_RANGE))
 
 
 class Stretch(NamedTuple):
     """The longest run of odd steps."""
 
-    first_scan: int
+    first_step: int
     words: str  # its scans, and how many other runs there are
 
 
-def longest_stretch(odd: Iterable[bool], min_length: int) -> Stretch | None:
-    """The longest run of at least so many odd steps; step k ends in scan k."""
+def longest_stretch(odd: Iterable[bool], min_length: int, first_scan: int) -> Stretch | None:
+    """The longest run of at least so many odd steps, of which the first leads to `first_scan`."""
     long: list[list[int]] = []
-    for is_odd, run in groupby(enumerate(odd, 1), lambda numbered: numbered[1]):
-        scans = [k for k, _ in run]
-        if is_odd and len(scans) >= min_length:
-            long.append(scans)
+    for is_odd, run in groupby(enumerate(odd), lambda numbered: numbered[1]):
+        steps = [k for k, _ in run]
+        if is_odd and len(steps) >= min_length:
+            long.append(steps)
     if not long:
         return None
     longest = max(long, key=len)
-    words = f"scans {longest[0]} to {longest[-1]}"
+    words = f"scans {first_scan + longest[0]} to {first_scan + longest[-1]}"
     if len(long) > 1:
         words += f", and those of {len(long) - 1} other stretches,"
     return Stretch(longest[0], words)

@@ -1,30 +1,26 @@
-"""A whole log: its poses, a record of each step, and what is odd about the run."""
+"""A whole log, fed scan by scan to an odometry: its poses, its records, and what is odd."""
 
 from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence, Sized
+from collections.abc import Callable, Iterable, Sized
 from dataclasses import dataclass
-from functools import partial
 from itertools import chain, repeat
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.deskew import Skew
-from labkit.odometry.base import Odometry
-from labkit.odometry.integration import increments_between, increments_of_scanner
+from labkit.odometry.base import KEPT_STEPS, Odometry
+from labkit.odometry.integration import increments_between
 from labkit.odometry.map_odometry import MapOdometry
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import Decision, StepRecord
-from labkit.odometry.remarks import largest_range, remarks_on
+from labkit.odometry.remarks import Step, remarks_on
 from labkit.scan import Scan
-from labkit.support.arrays import FloatArray, as_poses, check_function, check_kind, check_kinds
+from labkit.support.arrays import FloatArray, as_poses, check_function, check_kinds
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
-
-MAX_KEPT_MATCHES = 4000  # steps before the last so many keep a covariance in place of a match
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -91,8 +87,7 @@ def estimate_odometry(
     start : array_like, shape (3,) or (3, 3)
         Pose of the first scan.
     deskew : bool
-        Undo the skew of sweeps that tell the time between their beams (`labkit.deskew`), by the
-        wheels, or else by the mean of the last two motions.
+        Undo the skew of sweeps that tell the time between their beams; see `MapOdometry`.
     progress : callable
         Wraps the scans while they are matched, e.g. ``tqdm.tqdm``.
 
@@ -117,52 +112,35 @@ def estimate_odometry(
         )
     if priors is None:
         priors = getattr(scans, "odometry", None)
-    check_kind(deskew, "deskew", bool)
     check_function(progress, "progress")
     if not (isinstance(estimator, type) and issubclass(estimator, Odometry)):
         raise InvalidParameterError(
             f"must be `MapOdometry` or `LessonOdometry`, the class itself, got {estimator!r}",
             parameter="estimator",
         )
-    odometry = estimator(parameters, start)
-    increments: FloatArray | None = None
+    odometry = estimator(parameters, start, laser_offset=laser_offset, deskew=deskew)
     expected: Iterable[FloatArray | None] = repeat(None)
     if priors is not None:
         sweeps = sweeps if isinstance(sweeps, Sized) else list(sweeps)
-        increments = _as_increments(priors, len(sweeps))
-        if laser_offset is not None:
-            increments = increments_of_scanner(increments, laser_offset)
-        expected = chain([None], increments)
-    match = partial(_match_pair, parameters=parameters)
-    skew = Skew(increments, sweeps, match) if deskew else None
+        expected = chain([None], _as_increments(priors, len(sweeps)))
     poses: list[FloatArray] = []
     records: list[StepRecord] = []
-    largest: list[FloatArray] = []
+    steps: list[Step] = []
     for scan, prior in zip(progress(sweeps), expected, strict=False):
-        last_motion = records[-1].increment if records else None
-        straight = scan if skew is None else skew.undo(scan, last_motion)
-        records.append(odometry.update(straight, prior))
-        if len(records) > MAX_KEPT_MATCHES:
-            oldest = -MAX_KEPT_MATCHES - 1
-            records[oldest] = records[oldest].let_match_go()
+        records.append(odometry.update(scan, prior))
+        steps.append(odometry.last_step)
         poses.append(odometry.pose)
-        if isinstance(scan, Scan):
-            largest.append(largest_range(scan))
+        if len(records) > KEPT_STEPS:
+            oldest = -KEPT_STEPS - 1
+            records[oldest] = records[oldest].let_match_go()
     result = OdometryResult(
         poses=np.array(poses).reshape(-1, 3),
         records=tuple(records),
-        remarks=remarks_on(records, largest, increments),
+        remarks=remarks_on(steps),
     )
     for remark in result.remarks:
         warnings.warn(remark, stacklevel=2)
     return result
-
-
-def _match_pair(pair: Sequence[Scan], parameters: OdometryParameters | None) -> FloatArray:
-    """The motion from the first scan to the second, both taken as they are."""
-    odometry = MapOdometry(parameters)
-    odometry.update(pair[0])
-    return odometry.update(pair[1]).increment
 
 
 def _as_increments(priors: ArrayLike, scan_count: int) -> FloatArray:

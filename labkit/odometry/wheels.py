@@ -48,6 +48,8 @@ def is_frozen(scan: Scan, last_scan: Target | None, told: FloatArray | None) -> 
     """True if a scan repeats the last one to the last digit, and the wheels tell a motion."""
     if told is None or last_scan is None or is_at_rest(told):
         return False
+    if scan.ranges is not None and last_scan.scan.ranges is not None:
+        return np.array_equal(scan.ranges, last_scan.scan.ranges, equal_nan=True)
     return np.array_equal(scan.points, last_scan.points)
 
 

@@ -130,6 +130,78 @@ def thing(share: float, *, moving: bool) -> Change:
     return on_ranges(change)
 
 
+def door(drive: Drive, rng: np.random.Generator) -> Drive:
+    """A door shut 1.2 m before the robot, 70° wide, in 6 of each 24 scans."""
+
+    def change(ranges: FloatArray, angles: FloatArray, k: int, rng: np.random.Generator) -> None:
+        if k % 24 < 18:
+            return
+        off = angles - 0.5 * (angles[0] + angles[-1])
+        far = 1.2 / np.maximum(np.cos(off), 0.2) + rng.normal(0.0, 0.01, len(angles))
+        hidden = (np.abs(off) < math.radians(35.0)) & ~(ranges < far)
+        ranges[hidden] = far[hidden]
+
+    return on_ranges(change)(drive, rng)
+
+
+def glass(drive: Drive, rng: np.random.Generator) -> Drive:
+    """A sector of a third of the view: 40 % of its beams are lost, 30 % end behind the pane."""
+
+    def change(ranges: FloatArray, angles: FloatArray, k: int, rng: np.random.Generator) -> None:
+        off = angles - 0.5 * (angles[0] + angles[-1])
+        draws = np.where(np.abs(off) < np.ptp(angles) / 6.0, rng.random(len(ranges)), 1.0)
+        ranges[draws < 0.4] = np.nan
+        ranges[(draws >= 0.4) & (draws < 0.7)] *= 1.6
+
+    return on_ranges(change)(drive, rng)
+
+
+def specks(share: float) -> Change:
+    """Dust, rain or leaves 1 to 2 m away."""
+
+    def change(ranges: FloatArray, angles: FloatArray, k: int, rng: np.random.Generator) -> None:
+        hit = rng.random(len(ranges)) < share
+        ranges[hit] = np.fmin(ranges[hit], rng.uniform(1.0, 2.0, hit.sum()))
+
+    return on_ranges(change)
+
+
+def view(width: float) -> Change:
+    """A scanner that sees so much [rad] ahead."""
+
+    def change(ranges: FloatArray, angles: FloatArray, k: int, rng: np.random.Generator) -> None:
+        off = angles - 0.5 * (angles[0] + angles[-1])
+        ranges[np.abs(off) > 0.5 * width] = np.nan
+
+    return on_ranges(change)
+
+
+def casing(share: float) -> Change:
+    """The robot's own casing, 0.3 m away, in so much of the view, half of it on either side."""
+
+    def change(ranges: FloatArray, angles: FloatArray, k: int, rng: np.random.Generator) -> None:
+        off = angles - 0.5 * (angles[0] + angles[-1])
+        own = np.abs(off) > 0.5 * (1.0 - share) * np.ptp(angles)
+        ranges[own] = 0.3 + rng.normal(0.0, 0.002, own.sum())
+
+    return on_ranges(change)
+
+
+def people(drive: Drive, rng: np.random.Generator) -> Drive:
+    """Two people, 0.4 m wide, who walk 1.5 and 2.2 m ahead of the robot and sway."""
+
+    def change(ranges: FloatArray, angles: FloatArray, k: int, rng: np.random.Generator) -> None:
+        off = angles - 0.5 * (angles[0] + angles[-1])
+        for distance, side, period in ((1.5, 0.35, 9.0), (2.2, -0.2, 13.0)):
+            away = distance + 0.2 * math.sin(math.tau * k / (1.7 * period))
+            bearing = side + 0.15 * math.sin(math.tau * k / period)
+            far = away + rng.normal(0.0, 0.01, len(angles))
+            hidden = (np.abs(off - bearing) < 0.2 / away) & ~(ranges < far)
+            ranges[hidden] = far[hidden]
+
+    return on_ranges(change)(drive, rng)
+
+
 def kept(drive: Drive, scans: Any) -> Drive:
     """Some of the scans; the wheels go on between them."""
     T = from_xytheta(integrate(drive.wheels))[scans]
@@ -167,6 +239,62 @@ def frozen(drive: Drive, rng: np.random.Generator) -> Drive:
     scans, first = list(drive.scans), len(drive.scans) // 2
     scans[first + 1 : first + 16] = 15 * [scans[first]]
     return replace(drive, scans=scans)
+
+
+def standing_long(count: int) -> Change:
+    """So many scans more at one place, each with 5 mm of noise, and wheels that tell rest."""
+
+    def disturb(drive: Drive, rng: np.random.Generator) -> Drive:
+        where = len(drive.scans) // 3
+        copies = np.full(count, where)
+        order = np.concatenate(
+            [np.arange(where + 1), copies, np.arange(where + 1, len(drive.scans))]
+        )
+        longer = kept(drive, order)
+        noisy = noise(0.005)(replace(longer, scans=longer.scans[where : where + count]), rng)
+        scans = [*longer.scans[:where], *noisy.scans, *longer.scans[where + count :]]
+        return replace(longer, scans=scans)
+
+    return disturb
+
+
+def half_rate(drive: Drive, rng: np.random.Generator) -> Drive:
+    """A sweep lasts two steps, and tells the time between its beams.
+
+    Each beam's point is taken from the scan that is nearest in time, and seen from where the
+    scanner was when that beam was measured: rough where the robot turns fast.
+    """
+    del rng
+    T = from_xytheta(np.nan_to_num(drive.truth))
+    known = np.isfinite(drive.truth[:, 0])
+    scans = []
+    order = np.arange(0, len(drive.scans) - 2, 2)
+    for k in order:
+        scan = drive.scans[k]
+        count = len(scan.angles)
+        increment = (drive.scans[k + 2].stamp - scan.stamp) / count
+        if not known[k : k + 3].all():
+            scans.append(replace(scan, time_increment=0.0))
+            continue
+        pieces = []
+        for part in (0, 1):
+            piece = drive.scans[k + part]
+            fractions = 2.0 * piece.beams / count - part  # of the step from k + part on
+            mine = (fractions >= 0.0) & (fractions < 1.0)
+            motion = to_xytheta(relative(T[k + part], T[k + part + 1]))
+            T_piece_beam = from_xytheta(fractions[mine, None] * motion)
+            seen = np.einsum(
+                "nji,nj->ni", T_piece_beam[:, :2, :2], piece.points[mine] - T_piece_beam[:, :2, 2]
+            )
+            pieces.append((piece.beams[mine], seen))
+        beams = np.concatenate([beams for beams, _ in pieces])
+        points = np.concatenate([seen for _, seen in pieces])
+        ranges = np.full(count, np.nan)
+        angles = scan.angles.copy()
+        ranges[beams] = np.hypot(*points.T)
+        angles[beams] = np.arctan2(points[:, 1], points[:, 0])
+        scans.append(Scan.from_ranges(ranges, angles, stamp=scan.stamp, time_increment=increment))
+    return replace(kept(drive, order), scans=scans)
 
 
 def scaled(factor: float) -> Change:
@@ -213,6 +341,23 @@ def late(seconds: float) -> Change:
     return disturb
 
 
+def wraps(drive: Drive, rng: np.random.Generator) -> Drive:
+    """An encoder of 20.48 m that wraps in three steps."""
+    wheels = drive.wheels.copy()
+    wheels[np.sort(rng.choice(np.arange(1, len(wheels)), 3, replace=False)), 0] -= 20.48
+    return replace(drive, wheels=wheels)
+
+
+def late_at_random(drive: Drive, rng: np.random.Generator) -> Drive:
+    """Wheels that tell at each scan where the robot was, 0 to 1 step before."""
+    steps = np.arange(len(drive.scans))
+    when = steps - rng.uniform(0.0, 1.0, len(steps))
+    poses = integrate(drive.wheels)
+    poses[:, 2] = np.unwrap(poses[:, 2])
+    before = np.column_stack([np.interp(when, steps, column) for column in poses.T])
+    return replace(drive, wheels=increments_between(before))
+
+
 def missing(drive: Drive, rng: np.random.Generator) -> Drive:
     wheels, count = drive.wheels.copy(), len(drive.wheels)
     wheels[rng.random(count) < 0.1] = np.nan
@@ -253,6 +398,14 @@ DISTURBANCES: dict[str, tuple[Change, str]] = {
         "Somebody walks to and fro 1.5 m away; most of each sweep lies where it lay.",
     ),
     "half moving": (thing(1 / 2, moving=True), "The same, and little else is seen."),
+    "a door shut 6 of 24": (door, "A wall that comes and goes, 1.2 m ahead, in bursts."),
+    "people ahead": (people, "Two people walk ahead of the robot: they move as it does."),
+    "own casing": (casing(1 / 3), "A third of the view is the robot itself."),
+    "a sector of glass": (glass, "Beams go through, or are lost, in a third of the view."),
+    "20 % specks": (specks(0.2), "Short beams 1 to 2 m away, which hide what lies behind."),
+    "a view of 90°": (view(math.pi / 2.0), "Often one wall, or a corner of it."),
+    "standing for 300 scans": (standing_long(300), "At rest nothing may add up."),
+    "half the rate, skew told": (half_rate, "Sweeps that last two steps of up to 1 m and 90°."),
     "every 2nd scan": (every(2), "Steps of 2 m and up to 110°: the scans overlap less."),
     "every 3rd scan": (every(3), "Steps of 3 m; the wheels' own error grows with the way."),
     "every 5th scan": (every(5), "Steps of 5 m, out of one room into the next."),
@@ -276,6 +429,8 @@ DISTURBANCES: dict[str, tuple[Change, str]] = {
         "Wheels that stand while the scan moves are taken for none.",
     ),
     "wheels late by 0.2 s": (late(0.2), "In these logs one step late: wrong at each turn."),
+    "wheels late by 0 to 1 step": (late_at_random, "Each step is told too short or too long."),
+    "wheels wrap": (wraps, "Three steps of −20.48 m: more than the robot can do tells nothing."),
     "wheels missing": (missing, "Some steps start from the last motion, and a search helps."),
 }
 

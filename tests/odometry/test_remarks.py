@@ -15,7 +15,7 @@ from labkit.odometry import (
     increments_between,
     integrate,
 )
-from labkit.odometry.remarks import remarks_on
+from labkit.odometry.remarks import Step, remarks_on
 from labkit.simulation import Lidar, corridor, room, scan_along
 
 EMPTY = Scan.from_ranges([math.inf], [0.0])
@@ -69,6 +69,16 @@ def test_wheels_that_stand_while_the_robot_drives_are_named():
     assert remark.startswith("in 30 steps the wheels told that the robot stands")
 
 
+def test_scans_that_stay_while_the_wheels_drive_are_named():
+    casing = [np.where(np.abs(scan.angles) > 0.3, 0.3, scan.ranges) for scan in SCANS]
+    scans = [Scan.from_ranges(each, SCANS[0].angles) for each in casing]
+    path = np.column_stack([0.05 * np.arange(31), np.zeros((31, 2))])
+
+    remarks = remarks_of(scans, increments_between(path))
+
+    assert any("do many beams see the robot itself?" in remark for remark in remarks)
+
+
 def test_many_stretches_of_one_kind_get_one_remark():
     """Of three stretches that were not matched, the longest is named."""
     matched = [Decision.ICP] * 12
@@ -76,7 +86,7 @@ def test_many_stretches_of_one_kind_get_one_remark():
     decisions = matched + blind + matched + [Decision.HOLD] * 15 + matched + blind + matched * 3
     records = [StepRecord(increment=np.zeros(3), decision=each) for each in decisions]
 
-    (remark,) = remarks_on(records, [])
+    (remark,) = remarks_on([Step(record) for record in records])
 
     assert remark.startswith("scans 35 to 49, and those of 2 other stretches, were not matched")
 
@@ -140,6 +150,6 @@ def test_a_stretch_where_the_wheels_lead_is_told():
     steps = [StepRecord(increment=np.zeros(3), decision=Decision.ICP)] * 30
     led = [StepRecord(increment=np.zeros(3), decision=Decision.PRIOR, led=True)] * 12
 
-    (remark,) = remarks_on([*steps, *led], [])
+    (remark,) = remarks_on([Step(record) for record in [*steps, *led]])
 
     assert remark.startswith("scans 30 to 41 follow the wheels")

@@ -18,6 +18,7 @@ from labkit.odometry import (
     increments_between,
     integrate,
 )
+from labkit.scan import scanner_poses
 from labkit.se2 import from_xytheta, to_xytheta
 from labkit.simulation import Lidar, room, scan_along
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
@@ -49,6 +50,52 @@ def test_streaming_is_the_same_as_the_whole_log(priors):
     whole = estimate_odometry(SCANS, priors, start=TRUTH[0])
     np.testing.assert_array_equal(poses, whole.poses)
     assert_same_records(records, whole.records)
+
+
+OFFSET = (0.2, -0.1, 0.4)
+
+
+@pytest.fixture(scope="module")
+def skewed_drive():
+    """A robot that speeds up, with its scanner off its centre: its path, and its sweeps."""
+    turns = np.radians(np.linspace(1.0, 6.0, 20))
+    path = integrate(np.column_stack([np.full(20, 0.05), np.zeros(20), turns]), [-0.5, 0.0, 0.0])
+    lidar = Lidar(beam_count=271, field_of_view=math.tau)
+    return path, scan_along(room(), scanner_poses(path, OFFSET), lidar, rng=1, skewed=True)
+
+
+@pytest.mark.parametrize("estimator", [MapOdometry, LessonOdometry])
+@pytest.mark.parametrize("has_wheels", [True, False])
+def test_a_stream_of_skewed_sweeps_is_the_same_as_the_whole_log(
+    skewed_drive, estimator, has_wheels
+):
+    """Skew, mount, remarks: what a run does, a step does."""
+    path, scans = skewed_drive
+    wheels, offset = (increments_between(path), OFFSET) if has_wheels else (None, None)
+
+    odometry = estimator(start=path[0], laser_offset=offset)
+    told = [None] * len(scans) if wheels is None else [None, *wheels]
+    records = [odometry.update(*step) for step in zip(scans, told, strict=True)]
+    whole = estimate_odometry(
+        scans, wheels, laser_offset=offset, estimator=estimator, start=path[0]
+    )
+
+    assert_same_records(records[1:], whole.records[1:])
+    np.testing.assert_array_equal(odometry.pose, whole.poses[-1])
+    assert odometry.remarks == whole.remarks
+
+
+def test_a_stream_undoes_the_skew_of_all_its_sweeps(skewed_drive):
+    path, scans = skewed_drive
+    errors = {}
+    for deskew in (True, False):
+        odometry = MapOdometry(laser_offset=OFFSET, deskew=deskew)
+        for scan, prior in zip(scans, [None, *increments_between(path)], strict=True):
+            odometry.update(scan, prior)
+        turn = odometry.pose[2] - (path[-1, 2] - path[0, 2])
+        errors[deskew] = abs(math.remainder(turn, math.tau))
+
+    assert errors[True] < 0.15 * errors[False]
 
 
 @pytest.mark.parametrize("transform", [np.array, from_xytheta])
