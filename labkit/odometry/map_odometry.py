@@ -160,8 +160,6 @@ def record_of_best(
     """The record of a step that takes the best of its matches."""
     increment = to_xytheta(invert(T_map_last) @ best.T)
     record = record_of_match(best.result, increment, decision, T_map_last)
-    if decision is Decision.CONFIRMED:
-        record = replace(record, termination=None)  # the scan as it lies: no run of ICP ended
     return replace(record, agreement=best.agreement, score=best.score, margin=margin)
 
 

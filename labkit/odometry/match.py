@@ -8,9 +8,10 @@ import numpy as np
 
 from labkit.icp import icp
 from labkit.odometry.propose import Expectation
+from labkit.odometry.record import Placement
 from labkit.odometry.score import score
 from labkit.parameters import IcpParameters
-from labkit.result import IcpResult, Termination, step_length
+from labkit.result import IcpResult, step_length
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
@@ -19,9 +20,9 @@ FITS_AS_WELL = 0.05  # of agreement: a match is moved along a free direction if 
 
 
 class Match(NamedTuple):
-    """A match with its score."""
+    """A match with its score, or a scan placed without one."""
 
-    result: IcpResult
+    result: IcpResult | Placement
     score: float
     agreement: float
 
@@ -38,19 +39,11 @@ class Match(NamedTuple):
 
 
 def stay(scan: Scan, target: Target, expected: Expectation, parameters: IcpParameters) -> Match:
-    """Match without a step: the scan as it lies at the most expected pose.
-
-    No run of ICP ended there; nobody reads its termination.
-    """
-    result = IcpResult(
-        termination=Termination.CONVERGED_COST,
-        source=scan,
-        target=target,
-        parameters=parameters,
-        poses=np.array(expected.poses[:1]),
-        coarse_poses=0,
+    """The scan as it lies at the most expected pose, without a match."""
+    placement = Placement(
+        source=scan, target=target, parameters=parameters, T_target_source=expected.poses[0]
     )
-    return Match(result, *score(result, expected))
+    return Match(placement, *score(placement, expected))
 
 
 def match(

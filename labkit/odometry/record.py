@@ -10,8 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from labkit.correspondences import MIN_PAIRS
+from labkit.correspondences import MIN_PAIRS, Correspondences, pairs_at
 from labkit.covariance import fuse
+from labkit.degeneracy import observability
+from labkit.line_alignment import Information
+from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
@@ -46,13 +49,39 @@ class Decision(Enum):
         return self in (Decision.ICP, Decision.CONFIRMED, Decision.RETRY, Decision.SEARCH)
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Placement:
+    """A scan at a pose on a target and the pairs that it makes there, without a run of ICP."""
+
+    source: Scan
+    target: Target
+    parameters: IcpParameters
+    T_target_source: FloatArray
+    coarse: bool = False  # pairs within the coarse gate; see `labkit.schedule`
+    iterations: int = 0
+    termination: Termination | None = None
+    message: str = "a scan at a pose"
+
+    @cached_property
+    def correspondences(self) -> Correspondences:
+        """The association at the pose."""
+        points = self.source.points
+        T = np.array(self.T_target_source)
+        return pairs_at(points, self.target, T, self.parameters, coarse=self.coarse)
+
+    @cached_property
+    def observability(self) -> Information | None:
+        """Information of the pairs about each direction; None where none lies on a surface."""
+        return observability(self.correspondences, self.target)
+
+
 class Evidence(NamedTuple):
     """Ground on which the covariance of a step is computed, when somebody asks for it."""
 
     std: FloatArray  # (3,): standard deviation of what no match tells [m, m, rad]
-    result: IcpResult | None = None  # against the matched points of the target alone
+    placement: Placement | None = None  # on the matched points of the target alone
     T_target_last: FloatArray = np.eye(3)
-    covariance: FloatArray | None = None  # (3, 3), in place of a result that was let go
+    covariance: FloatArray | None = None  # (3, 3), in place of a match that was let go
 
 
 UNKNOWN = Evidence(STILL)
@@ -149,18 +178,19 @@ class StepRecord:
         Censi's in the directions that the match sees. In those that it leaves free, and where
         nothing was matched, a third of the limits is the standard deviation.
         """
-        result = self.evidence.result
+        placement = self.evidence.placement
         if self.evidence.covariance is not None:
             return self.evidence.covariance
         wide = np.diag(self.evidence.std**2)
-        if result is None:
+        if placement is None:
             return wide
         # A copy, so that pairs and search trees, ten times as large as the match, are not kept.
-        result = replace(result, target=Target(result.target.scan, result.target.normals))
+        target = Target(placement.target.scan, placement.target.normals)
+        placement = replace(placement, target=target)
         J = np.eye(3)  # from the target's axes to those of scan k
         J[:2, :2] = self.evidence.T_target_last[:2, :2].T
         try:
-            covariance = fuse(result, RANGE_STD, STILL, wide)[1]
+            covariance = fuse(placement, RANGE_STD, STILL, wide)[1]
         except DegenerateAlignmentError:
             return wide
         return np.asarray(J @ covariance @ J.T)
@@ -172,45 +202,52 @@ class StepRecord:
 
 
 def record_of_match(
-    result: IcpResult, increment: FloatArray, decision: Decision, T_target_last: FloatArray
+    match: IcpResult | Placement,
+    increment: FloatArray,
+    decision: Decision,
+    T_target_last: FloatArray,
 ) -> StepRecord:
     """The record of a step by a match that ends at `increment`, (3,), in the frame of scan k."""
     record = StepRecord(
         increment=increment,
         decision=decision,
-        inlier_count=result.inlier_count,
-        inlier_ratio=result.fitness,
         rotation=abs(float(increment[2])),
-        iterations=result.iterations,
-        termination=result.termination,
+        iterations=match.iterations,
+        termination=match.termination,
     )
-    if result.termination.failed:
+    if match.termination is not None and match.termination.failed:
         return record
-    observability = result.observability
+    pairs = match.correspondences
+    information = match.observability
     return replace(
         record,
-        rmse=rmse_of(result),
-        information=0.0 if observability is None else float(observability.values[0]),
-        degenerate=observability is None or observability.degenerate,
-        evidence=Evidence(STILL, with_matched_points(result), T_target_last),
+        inlier_count=pairs.inlier_count,
+        inlier_ratio=pairs.fitness,
+        rmse=rmse_of(pairs),
+        information=0.0 if information is None else float(information.values[0]),
+        degenerate=information is None or information.degenerate,
+        evidence=Evidence(STILL, on_matched_points(match), T_target_last),
     )
 
 
-def rmse_of(result: IcpResult) -> float:
+def rmse_of(pairs: Correspondences) -> float:
     """Root mean square [m] of the residuals of the kept pairs, which the metric minimises."""
-    pairs = result.correspondences
     return math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))
 
 
-def with_matched_points(result: IcpResult) -> IcpResult:
-    """The result against the matched points of its target alone: a record outlives the map."""
-    is_matched = np.zeros(len(result.target.points), np.bool_)
-    is_matched[result.correspondences.target_index] = True
-    points = result.target.points[is_matched]
-    target = Target(Scan.from_points(points), result.target.normals[is_matched])
-    final = np.array(result.poses[-1:])
-    coarse = int(result.coarse_poses == len(result.poses))
-    return replace(result, poses=final, coarse_poses=coarse, target=target)
+def on_matched_points(match: IcpResult | Placement) -> Placement:
+    """The scan where a match put it, on the matched points alone: a record outlives the map."""
+    is_matched = np.zeros(len(match.target.points), np.bool_)
+    is_matched[match.correspondences.target_index] = True
+    points = match.target.points[is_matched]
+    coarse = isinstance(match, IcpResult) and match.coarse_poses == len(match.poses)
+    return Placement(
+        source=match.source,
+        target=Target(Scan.from_points(points), match.target.normals[is_matched]),
+        parameters=match.parameters,
+        T_target_source=match.T_target_source,
+        coarse=coarse,
+    )
 
 
 def no_match(which: str) -> StepRecord:

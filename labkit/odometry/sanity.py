@@ -101,7 +101,7 @@ def match_failures(
     """
     if result.termination.failed:
         return [result.message]
-    reasons = fit_failures(result.fitness, rmse_of(result), limits)
+    reasons = fit_failures(result.fitness, rmse_of(result.correspondences), limits)
     reasons += limit_failures(increment, limits.window)
     observability = result.observability
     keeps_prior = prior is not None and result.parameters.metric == "point_to_line"

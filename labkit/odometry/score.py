@@ -18,6 +18,7 @@ import numpy as np
 
 from labkit.correspondences import loss_of
 from labkit.odometry.propose import Expectation
+from labkit.odometry.record import Placement
 from labkit.result import IcpResult
 from labkit.scan import Scan
 from labkit.schedule import gate_of
@@ -36,13 +37,13 @@ class Score(NamedTuple):
     agreement: float = -math.inf
 
 
-def score(result: IcpResult, expected: Expectation) -> Score:
+def score(result: IcpResult | Placement, expected: Expectation) -> Score:
     """Score a match by (5.3); −∞ where it failed."""
-    if result.termination.failed:
+    if result.termination is not None and result.termination.failed:
         return Score()
     gate = gate_of(result.parameters, False)
     max_loss = math.inf if gate == math.inf else loss_of(gate, result.parameters.huber_delta)
-    agreement = 1.0 - min(1.0, result.cost / max_loss)
+    agreement = 1.0 - min(1.0, result.correspondences.cost / max_loss)
     T = np.array(result.T_target_source)
     bearings, lengths = beams_of(result.source)
     looked_through = share_looked_through(bearings, lengths, np.array(result.target.points), T)

@@ -217,9 +217,9 @@ def test_a_record_holds_no_more_points_than_its_scan_matched():
     """A run of thousands of steps must not keep a map for each of them."""
     run = estimate_odometry(SCANS, PRIORS)
 
-    results = [record.evidence.result for record in run.records[1:]]
+    results = [record.evidence.placement for record in run.records[1:]]
     assert all(len(each.target.points) <= len(each.source) for each in results)
-    assert run.records[0].evidence is Evidence(STILL) or run.records[0].evidence.result is None
+    assert run.records[0].evidence is Evidence(STILL) or run.records[0].evidence.placement is None
 
 
 def test_a_long_run_lets_matches_go_and_keeps_their_covariances(monkeypatch):
@@ -228,8 +228,8 @@ def test_a_long_run_lets_matches_go_and_keeps_their_covariances(monkeypatch):
 
     run = estimate_odometry(SCANS, PRIORS)
 
-    assert all(record.evidence.result is None for record in run.records[:-3])
-    assert all(record.evidence.result is not None for record in run.records[-3:])
+    assert all(record.evidence.placement is None for record in run.records[:-3])
+    assert all(record.evidence.placement is not None for record in run.records[-3:])
     for record, expected in zip(run.records, whole.records, strict=True):
         np.testing.assert_array_equal(record.covariance, expected.covariance)
 
@@ -238,8 +238,8 @@ def test_a_covariance_leaves_nothing_behind_but_itself():
     record = step(*two_scans(room()), PRIOR)
 
     assert record.covariance.shape == (3, 3)
-    assert "search" not in vars(record.evidence.result.target)
-    assert "correspondences" not in vars(record.evidence.result)
+    assert "search" not in vars(record.evidence.placement.target)
+    assert "correspondences" not in vars(record.evidence.placement)
 
 
 def test_an_interrupt_anywhere_leaves_the_scan_taken_or_not():
