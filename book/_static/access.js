@@ -21,7 +21,56 @@ const make = (tag, attributes = {}, ...children) => {
     onScreen = null;
   });
 
+  const TABLE = ".pst-scrollable-table-container";
+  const MAX_NARROW_PX = 600; // width of a telephone's window
+  const MAX_OPEN_ROWS = 8; // of a table of six columns or more; a longer one is folded
+  const MAX_SHORT_LETTERS = 16; // of cells that stand several in a line
+  const isNarrow = () => innerWidth <= MAX_NARROW_PX;
+
+  // A table that a telephone would scroll: its rows stand below one another, each cell with its
+  // name; short ones, numbers, several in a line.
+  const stack = (node) => {
+    const names = [...node.querySelectorAll("thead th, thead td")].map((cell) =>
+      cell.textContent.trim(),
+    );
+    const cells = [...node.querySelectorAll("tbody td:not(:first-child)")];
+    const isShort = cells.every((cell) => cell.textContent.trim().length <= MAX_SHORT_LETTERS);
+    node.classList.toggle("in-short", isShort);
+    for (const row of node.querySelectorAll("tbody tr"))
+      [...row.cells].forEach((cell, k) => names[k] && k && (cell.dataset.name = names[k]));
+    node.classList.add("stacked");
+  };
+
+  // A long table shows its number of rows; the rest is folded.
+  const fold = (node) => {
+    const count = node.querySelectorAll("tbody tr").length;
+    if (count <= MAX_OPEN_ROWS || !node.querySelector("thead th:nth-child(6)")) return false;
+    const details = make("details", {}, make("summary", {}, `Table of ${count} rows`));
+    node.replaceWith(details);
+    details.append(node);
+    return true;
+  };
+
+  // Both are done as soon as a table has been read, before it is seen: nothing below it jumps.
+  const settled = new WeakSet();
+  const isFollowed = (node) =>
+    node.nextElementSibling !== null ||
+    (node !== document.body && isFollowed(node.parentElement));
+  const settleTables = () => {
+    for (const node of document.querySelectorAll(TABLE)) {
+      const isRead = document.readyState !== "loading" || isFollowed(node);
+      if (settled.has(node) || !isRead) continue;
+      settled.add(node);
+      if (!fold(node) && node.querySelector("thead") && node.scrollWidth > node.clientWidth)
+        stack(node);
+    }
+  };
+  const reading = new MutationObserver(settleTables);
+  if (isNarrow()) reading.observe(root, { childList: true, subtree: true });
+
   document.addEventListener("DOMContentLoaded", () => {
+    reading.disconnect();
+    if (isNarrow()) settleTables();
     const each = (selector, change) => document.querySelectorAll(selector).forEach(change);
 
     // Names that say something else than what is to be read, and names that are missing.
@@ -93,9 +142,8 @@ const make = (tag, attributes = {}, ...children) => {
         .append(make("a", { href: `#${node.id}` }, `Skip to widget ${k + 1}`));
     });
 
-    // On a telephone, a docstring shows its first sentence and a long table its number of rows;
-    // the rest is folded. A link into a fold opens it.
-    const MANY = 8; // rows
+    // On a telephone, a docstring shows its first sentence; the rest is folded. A link into a fold
+    // opens it.
     const unfold = () => {
       const target = document.getElementById(location.hash.slice(1));
       let fold = target?.closest("details");
@@ -105,44 +153,22 @@ const make = (tag, attributes = {}, ...children) => {
       }
       target?.scrollIntoView();
     };
-    if (innerWidth <= 600) {
+    if (isNarrow()) {
       each(".bd-article > section dl.py:not(dl.py dl.py) > dd", (node) => {
         const rest = [...node.children].slice(1);
         const name = node.previousElementSibling.querySelector(".descname").textContent;
         const fold = make("details", {}, make("summary", {}, `More on ${name}`), ...rest);
         if (rest.length) node.append(fold);
       });
-      each(".pst-scrollable-table-container:has(thead th:nth-child(6))", (node) => {
-        const rows = node.querySelectorAll("tbody tr").length;
-        if (rows <= MANY) return;
-        const fold = make("details", {}, make("summary", {}, `Table of ${rows} rows`));
-        node.replaceWith(fold);
-        fold.append(node);
-      });
       if (location.hash) unfold();
       addEventListener("hashchange", unfold);
     }
-
-    // A table that a telephone would scroll: its rows stand below one another, each cell with its
-    // name; short ones, numbers, several in a line.
-    const SHORT = 16; // letters
-    const stack = (node) => {
-      const names = [...node.querySelectorAll("thead th, thead td")].map((each) =>
-        each.textContent.trim(),
-      );
-      const cells = [...node.querySelectorAll("tbody td:not(:first-child)")];
-      const isShort = cells.every((cell) => cell.textContent.trim().length <= SHORT);
-      node.classList.toggle("in-short", isShort);
-      for (const row of node.querySelectorAll("tbody tr"))
-        [...row.cells].forEach((cell, k) => names[k] && k && (cell.dataset.name = names[k]));
-      node.classList.add("stacked");
-    };
 
     // What scrolls sideways can be scrolled by keys. First all is read, then all is written: a
     // page is laid out once, not once for each. To measure what is folded would unfold it.
     const reach = () => {
       const all = document.querySelectorAll(
-        ".pst-scrollable-table-container, div.math, .bd-article pre, .bd-article figure",
+        `${TABLE}, div.math, .bd-article pre, .bd-article figure`,
       );
       const nodes = [...all].filter((node) => !node.closest("details:not([open])"));
       // Its margin would make it scroll on
@@ -150,7 +176,7 @@ const make = (tag, attributes = {}, ...children) => {
       nodes.forEach((node) => node.classList.remove("stacked"));
       const wide = nodes.filter((node) => node.scrollWidth > node.clientWidth);
       wide.forEach((node) =>
-        innerWidth <= 600 && node.querySelector("thead") ? stack(node) : (node.tabIndex = 0),
+        isNarrow() && node.querySelector("thead") ? stack(node) : (node.tabIndex = 0),
       );
       due = null;
     };

@@ -50,7 +50,9 @@ class LiveFigure extends View {
 
   build() {
     const { panels } = this.answer(...this.model.get("values"));
-    this.canvases = panels.map(() => element("canvas", { class: "icp-panel", role: "img" }));
+    const [left, right, bottom, top] = this.model.get("window");
+    const style = `aspect-ratio: ${right - left} / ${top - bottom}; max-height: ${HIGHEST}px`;
+    this.canvases = panels.map(() => element("canvas", { class: "icp-panel", role: "img", style }));
     if (this.answer.drag) for (const canvas of this.canvases) this.letDrag(canvas);
     // Its numbers are told beside it
     this.curve = element("canvas", { class: "icp-cost", "aria-hidden": "true" });
