@@ -11,12 +11,13 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_complete
 from dataclasses import replace
 from pathlib import Path
 
+from labkit.grading.box.inside.reading import is_source
 from labkit.grading.box.outside import IN_ALL, SECONDS, Wall, open_wall
 from labkit.grading.box.watch import MachineError
 from labkit.grading.classroom.gradebooks import read_canvas, read_moodle
 from labkit.grading.classroom.gradescope import write_autograder
 from labkit.grading.classroom.handins import LAYOUTS, Submission, find_submissions
-from labkit.grading.classroom.marks import read_adjustments, read_roster
+from labkit.grading.classroom.marks import find_student, read_adjustments, read_roster
 from labkit.grading.classroom.pages import templates
 from labkit.grading.classroom.results import SHOWN, Results, some, written_files
 from labkit.grading.classroom.store import VERDICTS, Record, read_records, write_record
@@ -45,9 +46,9 @@ has the student's name. Or it is one such file.
 
 Students' code runs in isolation: no network, no other submission, no reference, limits on
 time and memory. Each verdict is stored in OUT/verdicts as it comes: run the same command
-again after an interruption, or after new submissions, and it goes on. To grade a student
-afresh, remove the file in there. What you change by hand stands in OUT/adjustments.csv,
-your students in OUT/roster.csv."""
+again after an interruption, or after new submissions, and it goes on. OUT/reading.html shows
+the code beside the marks, and takes points and comments. What you change by hand stands in
+OUT/adjustments.csv, your students in OUT/roster.csv."""
 AUTOGRADER = """\
 Write the zip archive to upload as the autograder of a Gradescope programming assignment. It
 holds the hidden cases: keep it from students. Base image: Ubuntu 24.04 or newer."""
@@ -62,6 +63,8 @@ def add_grade(
     add = parser.add_argument
     add("submissions", metavar="SUBMISSIONS", help="a folder, zip archive, notebook or script")
     add("--layout", choices=LAYOUTS, default="", help="naming scheme of the files (detected)")
+    again = "grade this student afresh; may be given several times"
+    add("--again", action="append", metavar="STUDENT", default=[], help=again)
     add("--out", metavar="FOLDER", default="grades", help="output folder (%(default)s)")
     add("--canvas", nargs=2, metavar=("FILE", "COLUMN"), help="Canvas's gradebook to be filled in")
     add("--moodle", metavar="FILE", help="Moodle's grading worksheet to be filled in")
@@ -127,6 +130,8 @@ def grade(args: argparse.Namespace) -> int:
     people = {student: person for book in books.values() for student, person in book.people.items()}
     names = {student: record.verdict.submission for student, record in records.items()}
     names |= {submission.student: submission.name for submission in submissions}
+    for person in args.again:
+        records.pop(find_student(person, names, "--again: {} students"), None)
     roster = read_roster(out, names, {id: person.name for id, person in people.items()})
     adjustments = read_adjustments(out, assignment, names | {**roster.names}, roster)
     late = {student: person.late for student, person in people.items() if person.late is not None}
@@ -154,6 +159,7 @@ def grade(args: argparse.Namespace) -> int:
         books=books,
         submissions=submissions,
         overwrite=args.overwrite,
+        is_class=not is_source(args.submissions),
     )
     share = FIRST if len(submissions) > 1 else IN_ALL
     failures, slow = _grade(args, submissions, wall, records, share)
@@ -167,10 +173,13 @@ def grade(args: argparse.Namespace) -> int:
         failures |= _grade(args, slow, wall, records, IN_ALL)[0]
     for remark in results.write(records, failures):
         _say(remark)
-    count = len(submissions)
+    students = [submission.student for submission in submissions]
+    count = sum(
+        id in records and records[id].verdict.is_graded for id in students if id not in failures
+    )
     modes = sorted({record.verdict.mode for record in records.values()})
     sys.stdout.write(
-        f"Graded {count - len(failures)} of {count} submissions (isolation: "
+        f"Graded {count} of {len(submissions)} submissions (isolation: "
         f"{', '.join(modes) or 'none needed'}). Results are in {out}\n"
     )
     return 1 if failures or lost else 0

@@ -15,6 +15,7 @@ import time
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from labkit.grading.box.inside.reading import Program, replace_surrogates
 from labkit.grading.box.outside import IN_ALL, Wall, open_wall
 from labkit.grading.classroom.handins import Submission, read_files
 from labkit.grading.classroom.store import Record, fingerprint
@@ -39,8 +40,8 @@ def grade_submission(
     student: str,
     *,
     share: float = IN_ALL,
-) -> tuple[SubmissionVerdict, str]:
-    """Grade files behind a wall: the verdict, always the same but for `seconds`, and all code.
+) -> tuple[SubmissionVerdict, Program]:
+    """Grade files behind a wall: the verdict, always the same but for `seconds`, and what was read.
 
     A `share` is processor time as a multiple of the wall's seconds. Raises `TakesLong` where a
     smaller one than `IN_ALL` does not do.
@@ -68,7 +69,7 @@ def grade_submission(
         seconds=time.perf_counter() - start,
         is_graded=bool(program.scripts),
     )
-    return verdict, "\n\n".join(program.scripts.values()).encode("utf-8", "replace").decode()
+    return verdict, program
 
 
 def _verdicts(sitting: Sitting, assignment: Assignment) -> Iterator[QuestionVerdict]:
@@ -200,6 +201,12 @@ def grade_one(
         late = record.late if record else 0.0
     if record and record.fingerprint == current:
         return replace(record, late=late)
-    verdict, code = grade_submission(files, wall, assignment, submission.student, share=share)
+    verdict, program = grade_submission(files, wall, assignment, submission.student, share=share)
     verdict = replace(verdict, submission=submission.name, unread=unread + verdict.unread)
-    return Record(verdict=verdict, fingerprint=current, code=code, late=late)
+    return Record(
+        verdict=verdict,
+        fingerprint=current,
+        code=replace_surrogates("\n\n".join(program.scripts.values())),
+        written=replace_surrogates(program.written),
+        late=late,
+    )

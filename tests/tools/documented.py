@@ -38,9 +38,10 @@ INSTALLED = (
     "labkit --version",
     "python -m labkit.course.authoring --secret course.secret",
     "labkit grade submissions.zip --secret course.secret",
-    "rm grades/verdicts/4711.json",
     'labkit grade submissions.zip --secret course.secret --canvas gradebook.csv "ICP lab"',
+    "labkit grade submissions.zip --secret course.secret --moodle worksheet.csv",
     "labkit autograder autograder.zip --secret course.secret",
+    "labkit grade submissions.zip --secret course.secret --again 4711",
     "labkit odometry killian",
     "labkit odometry your.log",
     "jupyter nbconvert --to html --execute --no-input --embed-images my_report.ipynb",
@@ -97,6 +98,10 @@ def prepare(folder: Path) -> None:
         "Student,ID,SIS User ID,SIS Login ID,Section,ICP lab (77)\n"
         "    Points Possible,,,,,100.00\n"
         '"Lovelace, Ada",4711,a1,ada@x.org,Monday,\n',
+        "utf-8",
+    )
+    (folder / "worksheet.csv").write_text(
+        "Identifier,Full name,Status,Grade,Maximum Grade\nParticipant 4711,Ada Lovelace,,,100.00\n",
         "utf-8",
     )
     shutil.copy(ROOT / "notebooks/report_template.ipynb", folder / "my_report.ipynb")

@@ -13,6 +13,7 @@ import math
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 from labkit.grading.classroom.tables import (
@@ -28,6 +29,7 @@ from labkit.support.errors import LabkitError
 
 CANVAS = ("Student", "ID", "SIS User ID", "SIS Login ID", "Section")
 COMMENT = "Feedback comments"  # Moodle's, where the worksheet has them
+CHANGEABLE = "Grade can be changed"  # Moodle's
 EMPTY = ("", "-")  # of a cell without a grade
 UNITS = {"week": 7.0, "day": 1.0, "hour": 1 / 24, "min": 1 / 1440, "sec": 1 / 86400}
 
@@ -41,6 +43,14 @@ class Person(NamedTuple):
     late: float | None = None  # days, where the platform tells them
 
 
+class Unfilled(NamedTuple):
+    """Students with a mark and no row that could be filled in."""
+
+    unlisted: list[str]  # the gradebook has none
+    occupied: list[str]  # it holds a grade or a comment
+    locked: list[str]  # the platform takes no grade
+
+
 class Gradebook(NamedTuple):
     """A gradebook that can be filled in."""
 
@@ -48,6 +58,7 @@ class Gradebook(NamedTuple):
     grade: str  # the column of the scores
     head: Sequence[Row]  # rows that go back as they are
     people: Mapping[str, Person]  # by the platform's own number
+    excused: str = ""  # in place of a score; "" where the platform knows no such cell
 
     def fill(
         self,
@@ -55,26 +66,29 @@ class Gradebook(NamedTuple):
         out: str | os.PathLike[str],
         *,
         overwrite: bool = False,
-    ) -> tuple[list[str], list[str]]:
-        """Write the rows of those who have a mark.
+    ) -> Unfilled:
+        """Write the rows of those who have a mark, and list those whose row is left out.
 
-        Returns the students without a row, and those whose row holds a grade or a comment: it is
-        left out unless `overwrite`.
+        One that holds a grade or a comment is, unless `overwrite`.
         """
-        filled, unlisted, occupied = [], [], []
+        filled = []
+        unlisted, occupied, locked = unfilled = Unfilled([], [], [])
         for mark in marks:
-            if not mark.is_graded:
+            if not mark.is_graded and not (mark.is_excused and self.excused):
                 continue
             person = self.people.get(mark.student)
             if person is None:
                 unlisted.append(mark.student)
+                continue
+            if person.row.get(CHANGEABLE) == "No":
+                locked.append(mark.student)
                 continue
             written = [person.row.get(name, "") for name in (self.grade, COMMENT)]
             if not overwrite and any(cell not in EMPTY for cell in written):
                 occupied.append(mark.student)
                 continue
             worth = person.maximum if 0.0 < person.maximum < math.inf else mark.points
-            score = short(mark.score * worth / mark.points)
+            score = short(mark.score * worth / mark.points) if mark.is_graded else self.excused
             messages = [
                 f"{question.title}: {question.message}"
                 for question in mark.questions
@@ -83,7 +97,7 @@ class Gradebook(NamedTuple):
             comment = plain("<br>".join(map(html.escape, [*messages, *mark.remarks])))
             filled.append(person.row | {self.grade: score, COMMENT: comment})
         write_rows(out, self.columns, [*self.head, *filled])
-        return unlisted, occupied
+        return unfilled
 
 
 def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
@@ -102,7 +116,7 @@ def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
     maximum = number(head[0][grade]) if head else math.nan
     people = {row["ID"]: Person(row, row["Student"], maximum) for _, row in rows if row["ID"]}
     returned_columns = [name for name in (*CANVAS, grade) if name in columns]
-    return Gradebook(returned_columns, grade, head, people)
+    return Gradebook(returned_columns, grade, head, people, excused="EX")
 
 
 def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
@@ -115,11 +129,17 @@ def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
             f"preferences, and download the worksheet again"
         ) from None
     people = {}
-    for _, row in rows:
+    for line, row in rows:
+        maximum = row.get("Maximum Grade", "")
+        if maximum and math.isnan(number(maximum)):
+            raise LabkitError(
+                f"{path}: line {line}: the grade is a scale up to {maximum!r}, and no number; "
+                f"choose points in the assignment's settings, and download the worksheet again"
+            )
         student = re.sub(r"\D", "", row["Identifier"])  # "Participant 4711"
         late = _days(row["Status"]) if "Status" in row else None
-        worth = number(row.get("Maximum Grade", ""))
-        people[student] = Person(row, row.get("Full name") or student, worth, late)
+        name = row.get("Full name") or student
+        people[student] = Person(row, name, number(maximum), late)
     return Gradebook(columns, "Grade", (), people)
 
 
@@ -135,21 +155,28 @@ def _days(status: str) -> float:
 
 
 def write_scores(
-    marks: Iterable[SubmissionVerdict], missing: Iterable[str], out: str | os.PathLike[str]
+    marks: Iterable[SubmissionVerdict],
+    missing: Iterable[str],
+    out: str | os.PathLike[str],
+    remarks: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> None:
-    """Write a row for each student, with each question's score.
+    """Write a row for each student, with each question's score and the remarks on the student.
 
     Who is `missing` has none, and who handed in nothing that can be read has the reason alone.
     """
-    rows = [{"student": plain(student)} for student in missing]
+    rows: list[Row] = [{"student": student} for student in missing]
     for mark in marks:
-        identity = {"student": plain(mark.student), "submission": plain(mark.submission)}
+        identity = {"student": mark.student, "submission": plain(mark.submission)}
         if not mark.is_graded:
-            rows.append(identity | {"remark": plain(" ".join(mark.remarks))})
+            rows.append(identity | {"remark": " ".join(mark.remarks)})
             continue
         total = {"score": short(mark.score), "points": short(mark.points)}
         conditions = {"late": f"{mark.late:.3g}", "isolation": mark.mode}
         scores = {verdict.question: short(verdict.score) for verdict in mark.questions}
         rows.append(identity | total | conditions | scores)
+    for row in rows:
+        texts = [row.get("remark", ""), *remarks.get(row["student"], ())]
+        row["remark"] = plain("; ".join(filter(None, texts)))
+        row["student"] = plain(row["student"])
     columns = dict.fromkeys(name for row in rows[::-1] for name in row if name != "remark")
     write_rows(out, [*columns, "remark"], rows)

@@ -112,10 +112,13 @@ def find_submissions(
             f"{path}: nothing was handed in; name a folder or zip archive with one folder or "
             f"file for each student"
         )
+    lost, remarks = list[str](), list[str]()
+    for folder in find_results(files):
+        files = [file for file in files if not file.name.startswith(f"{folder}/")]
+        remarks.append(f"{path}: {folder} holds results of `labkit grade`; skipped")
     layout = layout or _detect_layout(path, files)
     pattern, feedback = LAYOUTS[layout]
     named: dict[str, list[tuple[dict[str, str], Handed]]] = {}  # parts of a name, by student
-    lost, remarks = list[str](), list[str]()
     for file in files:
         parts = re.match(pattern, file.name)
         if parts and (parts["file"] or file.name.lower().endswith(WORK)):
@@ -147,6 +150,18 @@ def find_submissions(
         )
     ]
     return sorted(by_student, key=lambda submission: submission.student), lost, remarks
+
+
+def find_results(files: Sequence[Handed]) -> list[str]:
+    """The folders among the files that hold results of an earlier run, and no hand-in."""
+    tables = [file.name for file in files if file.name.endswith("/adjustments.csv")]
+    folders = [table.rpartition("/")[0] for table in tables]
+    names = [file.name for file in files]
+    return [
+        folder
+        for folder in folders
+        if any(name.startswith(f"{folder}/verdicts/") for name in names)
+    ]
 
 
 def read_members(path: Path) -> dict[str, list[tuple[str, str]]]:

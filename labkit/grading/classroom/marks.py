@@ -7,7 +7,8 @@ read whenever marks are made. So it holds for every run to come::
     *,late_percent,10,
     ada,icp,12,you explained it to me
 
-The student ``*`` sets a rule of the class; ``what`` is a question, ``written`` or ``late``.
+The student ``*`` sets a rule of the class; ``what`` is a question, ``written``, ``bonus``, ``late``
+or ``all``. ``points.csv`` beside it is the same table, as the page for reading code saves it.
 """
 
 from __future__ import annotations
@@ -19,19 +20,36 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
-from labkit.grading.box.outside import Wall
 from labkit.grading.classroom.store import Record
 from labkit.grading.classroom.tables import number, read_rows, write_rows
-from labkit.grading.grade import grade_submission
-from labkit.grading.judge.verdict import SubmissionVerdict
+from labkit.grading.judge.verdict import QuestionVerdict, SubmissionVerdict
 from labkit.grading.questions import Assignment
 from labkit.support.errors import LabkitError
 
 HEADER = ("student", "what", "value", "comment")
+BY_HAND = "adjustments.csv"
+BY_PAGE = "points.csv"
 CLASS = "*"  # in place of a student
-RULES = {"late_percent": 100.0, "written": math.inf}  # and the largest value of each
-# Value and comment, by student, or `CLASS`, and item.
-Adjustments: TypeAlias = Mapping[tuple[str, str], tuple[float, str]]
+EXCUSED = "excused"  # in place of a number
+RULES = {  # and the largest value of each
+    "late_percent": 100.0,  # % off for each day
+    "late_grace": math.inf,  # days that cost nothing
+    "late_step": math.inf,  # days, of which a part counts as a whole
+    "late_cap": 100.0,  # % off at most
+    "written": math.inf,  # points
+}
+
+
+class Decision(NamedTuple):
+    """A line of a table: a value, an excuse, or a comment alone."""
+
+    value: float | None
+    comment: str = ""
+    is_excused: bool = False
+    is_by_page: bool = False  # from the page for reading
+
+
+Adjustments: TypeAlias = Mapping[tuple[str, str], Decision]  # by student, or `CLASS`, and item
 
 
 class Roster(NamedTuple):
@@ -39,6 +57,7 @@ class Roster(NamedTuple):
 
     names: Mapping[str, str]  # for a person, by student
     groups: Mapping[str, str] = {}  # by student: who handed in for the student
+    is_listed: bool = False  # in a table of its own, beside gradebooks
 
     @property
     def teams(self) -> set[str]:
@@ -74,16 +93,44 @@ def make_marks(
                 records[group].verdict, student=student, submission=name, notes=notes
             )
             late[student] = records[group].late
-    with_points = {student for student, item in adjustments if item != "late"} - {CLASS}
+    with_points = {
+        student
+        for (student, item), decision in adjustments.items()
+        if item != "late" and (decision.value is not None or decision.is_excused)
+    } - {CLASS}
     marks = []
     for student in sorted({*verdicts, *with_points} - roster.teams):
         if student not in verdicts:
-            nothing, _ = grade_submission({}, Wall(mode=""), assignment, student)
-            name = roster.names.get(student, student)
-            notes = (*nothing.notes, "Nothing was handed in.")
-            verdicts[student] = replace(nothing, submission=name, notes=notes)
+            verdicts[student] = _nothing(student, roster.names.get(student, student), assignment)
         marks.append(_adjust(verdicts[student], late.get(student, 0.0), adjustments))
     return marks
+
+
+def _nothing(student: str, name: str, assignment: Assignment) -> SubmissionVerdict:
+    """The verdict on a student who handed in nothing."""
+    questions = [
+        QuestionVerdict(
+            question=question.id,
+            title=question.title,
+            points=question.points,
+            score=0.0,
+            cases=(),
+            misconception=None,
+            message="",
+        )
+        for question in assignment.questions
+    ]
+    return SubmissionVerdict(
+        student=student,
+        submission=name,
+        mode="",
+        questions=tuple(questions),
+        score=0.0,
+        points=assignment.points,
+        notes=("Nothing was handed in.",),
+        seconds=0.0,
+        is_graded=False,
+    )
 
 
 def make_group_marks(
@@ -99,82 +146,141 @@ def make_group_marks(
 def _adjust(verdict: SubmissionVerdict, days: float, adjustments: Adjustments) -> SubmissionVerdict:
     """The verdict on what came `days` late, with its adjustments made, and a remark on each."""
     remarks: list[str] = []
+    nothing = Decision(None)
 
-    def decide(item: str, default: float, prefix: str, suffix: str) -> float:
-        if (verdict.student, item) not in adjustments:
-            return default
-        value, comment = adjustments[verdict.student, item]
-        because = f": {comment}" if comment else ""
-        remarks.append(f"{prefix} {value:g} {suffix}{because}.")
-        return value
+    def decide(item: str, title: str, text: str) -> Decision:
+        decision = adjustments.get((verdict.student, item), nothing)
+        parts = [text.format(decision.value)] if decision.value is not None else []
+        parts += [EXCUSED] if decision.is_excused else []
+        parts += [decision.comment] if decision.comment else []
+        if parts:
+            remarks.append(f"{title}: {': '.join(parts)}.")
+        return decision
 
-    late_percent, worth = (adjustments.get((CLASS, rule), (0.0, ""))[0] for rule in RULES)
+    worth = rule(adjustments, "written")
     questions = []
+    given = []  # what gives points to who handed in nothing
     for question in verdict.questions:
-        prefix = f"{question.title}: set by your instructor to"
-        suffix = f"of {question.points:g} points"
-        score = decide(question.question, question.score, prefix, suffix)
+        text = f"set by your instructor to {{:g}} of {question.points:g} points"
+        decision = decide(question.question, question.title, text)
+        given.append(decision.value)
         asked = question if verdict.is_graded else replace(question, cases=(), message="")
-        questions.append(replace(asked, score=score))
-    score = sum(question.score for question in questions)
-    score += decide("written", 0.0, "Written answers:", f"of {worth:g} points")
-    points_given = bool(remarks)
-    days = decide("late", days, "Counted as", "days late")
-    if share := min(days * late_percent, 100.0):
+        if decision.is_excused:
+            asked = replace(asked, points=0.0, score=0.0, cases=(), message="", replaced=())
+        elif decision.value is not None:
+            asked = replace(asked, score=decision.value)
+        questions.append(asked)
+    written = decide("written", "Written answers", f"{{:g}} of {worth:g} points")
+    score = sum(question.score for question in questions) + (written.value or 0.0)
+    points = sum(question.points for question in questions) + worth * (not written.is_excused)
+    late = decide("late", "Late", "counted as {:g} days").value
+    days = days if late is None else late
+    if share := late_percent(days, adjustments):
         unit = "day" if days == 1.0 else "days"
         remarks.append(f"{days:.3g} {unit} late: {share:.3g} % off {score:g} points.")
         score *= 1.0 - share / 100.0
+    bonus = decide("bonus", "Bonus", "{:g} points").value
+    is_excused = decide("all", "The whole assignment", "").is_excused
+    is_given = any(value is not None for value in (*given, written.value, bonus))
     return replace(
         verdict,
         questions=tuple(questions),
-        is_graded=verdict.is_graded or points_given,
-        score=round(score, 2),
-        points=verdict.points + worth,
+        is_graded=(verdict.is_graded or is_given) and not is_excused and points > 0.0,
+        is_excused=is_excused,
+        score=round(score + (bonus or 0.0), 2),
+        points=points,
         late=days,
         adjustments=tuple(remarks),
     )
 
 
+def rule(adjustments: Adjustments, name: str, default: float = 0.0) -> float:
+    """The value of a rule of the class."""
+    value = adjustments.get((CLASS, name), Decision(None)).value
+    return default if value is None else value
+
+
+def late_percent(days: float, adjustments: Adjustments) -> float:
+    """The part of the points that lateness costs [%]."""
+    counted = max(0.0, days - rule(adjustments, "late_grace"))
+    step = rule(adjustments, "late_step")
+    if step:
+        counted = step * math.ceil(counted / step - 1e-9)
+    return min(counted * rule(adjustments, "late_percent"), rule(adjustments, "late_cap", 100.0))
+
+
+def find_waiting(marks: Collection[SubmissionVerdict], adjustments: Adjustments) -> list[str]:
+    """The students whose written answers have no points yet, where these are worth some."""
+    if (CLASS, "written") not in adjustments:
+        return []
+    read = {
+        student
+        for (student, item), decision in adjustments.items()
+        if (item == "written" and (decision.value is not None or decision.is_excused))
+        or (item == "all" and decision.is_excused)
+    }
+    return [mark.student for mark in marks if mark.student not in read]
+
+
 def read_adjustments(
     out: Path, assignment: Assignment, names: Mapping[str, str], roster: Roster
 ) -> Adjustments:
-    """Read ``adjustments.csv`` in the folder `out`; an empty one is written where there is none.
+    """Read both tables in the folder `out`; an empty ``adjustments.csv`` is written for none.
 
     A line may use either a student's id or the name for a person, as `names` has them; that of a
     group holds for all members. A slip is refused, and costs no points.
     """
-    path = out / "adjustments.csv"
-    if not path.exists():
-        write_rows(path, HEADER, [])
+    if not (out / BY_HAND).exists():
+        write_rows(out / BY_HAND, HEADER, [])
+    rows = [
+        (f"{path}: line {line}", row, path.name == BY_PAGE)
+        for path in (out / BY_HAND, out / BY_PAGE)
+        if path.exists()
+        for line, row in read_rows(path, HEADER[:3])[1]
+    ]
     items = {question.id: question.points for question in assignment.questions}
-    items |= {"written": 0.0, "late": math.inf}
-    lines: dict[tuple[str, str], tuple[float, str]] = {}
-    rows = read_rows(path, HEADER[:3])[1]
-    for line, row in sorted(rows, key=lambda numbered: numbered[1]["student"] != CLASS):
+    items |= {"written": 0.0, "bonus": math.inf, "late": math.inf, "all": 0.0}
+    decisions: dict[tuple[str, str], Decision] = {}
+    for location, row, is_by_page in sorted(rows, key=lambda placed: placed[1]["student"] != CLASS):
         name, item, cell = (row[column] for column in HEADER[:3])
-        location = f"{path}: line {line}"
         possible = RULES if name == CLASS else items
         if item not in possible:
             raise LabkitError(f"{location}: unknown item {item!r}; {_hint(item.lower(), possible)}")
-        student = CLASS if name == CLASS else _find(name, names, f"{location}: {{}} students")
-        value = number(cell)
-        maximum = possible[item]
-        if not 0.0 <= value <= maximum or value == math.inf:
-            upto = f" from 0 to {maximum:g}" if math.isfinite(maximum) else " from 0"
-            way_out = "" if maximum else f"; say what they are worth: {CLASS},written,POINTS,"
-            raise LabkitError(f"{location}: {item} must be a number{upto}, got {cell!r}{way_out}")
+        student = (
+            CLASS if name == CLASS else find_student(name, names, f"{location}: {{}} students")
+        )
+        decision = _read_decision(item, cell, row.get("comment", ""), possible[item], location)
+        decision = decision._replace(is_by_page=is_by_page)
         for holder in {student, *roster.members(student)}:  # a group's own page tells it, too
-            if (holder, item) in lines:
+            if (holder, item) in decisions:
                 raise LabkitError(
                     f"{location}: {item} of {holder!r} is set before; keep one of the lines"
                 )
-            lines[holder, item] = value, row.get("comment", "")
+            decisions[holder, item] = decision
         if (student, item) == (CLASS, "written"):
-            items[item] = value
-    return lines
+            items[item] = decision.value or 0.0
+    return decisions
 
 
-def _find(name: str, names: Mapping[str, str], problem: str) -> str:
+def _read_decision(item: str, cell: str, comment: str, maximum: float, location: str) -> Decision:
+    """What a line decides; `LabkitError` where that is unclear."""
+    if cell == EXCUSED and item not in ("late", "bonus", *set(RULES) - {"written"}):
+        return Decision(None, comment, is_excused=True)
+    if not cell and comment:
+        return Decision(None, comment)
+    if item == "all":
+        raise LabkitError(
+            f"{location}: all takes {EXCUSED!r}, or no value and a comment; got {cell!r}"
+        )
+    value = number(cell)
+    if not 0.0 <= value <= maximum or value == math.inf:
+        upto = f" from 0 to {maximum:g}" if math.isfinite(maximum) else " from 0"
+        way_out = "" if maximum else f"; say what they are worth: {CLASS},written,POINTS,"
+        raise LabkitError(f"{location}: {item} must be a number{upto}, got {cell!r}{way_out}")
+    return Decision(value, comment)
+
+
+def find_student(name: str, names: Mapping[str, str], problem: str) -> str:
     """The one that a person means by a name, or by the id."""
     matches = [name] if name in names else [id for id, person in names.items() if person == name]
     if len(matches) == 1:
@@ -215,7 +321,7 @@ def read_roster(out: Path, handed_in: Mapping[str, str], people: Mapping[str, st
     known = {*handed_in, *handed_in.values()}
     cells = {row["student"]: (line, row["group"]) for line, row in listed if row.get("group")}
     groups = {
-        student: _find(group, handed_in, f"{path}: line {line}: {{}} hand-ins")
+        student: find_student(group, handed_in, f"{path}: line {line}: {{}} hand-ins")
         for student, (line, group) in cells.items()
         if group in known
     }
@@ -238,4 +344,4 @@ def read_roster(out: Path, handed_in: Mapping[str, str], people: Mapping[str, st
                 f"{path}: line {line}: no hand-in is called {group!r} (leave the cell empty if "
                 f"the group handed in nothing); {hint}"
             )
-    return Roster(names, groups)
+    return Roster(names, groups, is_listed=bool(listed))

@@ -3,27 +3,33 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple
 
 from labkit.grading.classroom.gradebooks import Gradebook, write_scores
 from labkit.grading.classroom.handins import Submission
 from labkit.grading.classroom.marks import (
-    CLASS,
+    BY_HAND,
+    EXCUSED,
     Adjustments,
     Roster,
+    find_waiting,
     make_group_marks,
     make_marks,
 )
 from labkit.grading.classroom.pages import student_page, write_pages
+from labkit.grading.classroom.reading import write_reading
 from labkit.grading.classroom.store import VERDICTS, Record, file_name
 from labkit.grading.judge.verdict import SubmissionVerdict
 from labkit.grading.questions import Assignment
 from labkit.support.files import atomic_write
 
 SHOWN = 5  # names in a message
-WRITTEN = ("scores.csv", "canvas.csv", "moodle.csv", "index.html", "feedback.zip", "handed_out.py")
+WRITTEN = ("scores.csv", "canvas.csv", "moodle.csv", "index.html", "reading.html", "feedback.zip",
+           "handed_out.py")  # fmt: skip
 FOLDERS = ("code", "students", VERDICTS)
 
 
@@ -32,6 +38,22 @@ def written_files(out: Path) -> list[Path]:
     return [out / name for name in WRITTEN] + [
         path for folder in FOLDERS for path in (out / folder).glob("*")
     ]
+
+
+class Remark(NamedTuple):
+    """A remark on some students, for the terminal and for the row of each."""
+
+    says: str  # as "handed in nothing": of one or of many
+    students: Sequence[str]
+    way_out: str = ""
+    names: Mapping[str, str] = MappingProxyType({})  # for a person
+
+    @property
+    def line(self) -> str:
+        """The line for the terminal."""
+        names = some(self.names.get(student, student) for student in self.students)
+        line = f"{len(self.students)} {self.says}: {names}"
+        return f"{line}. {self.way_out}" if self.way_out else line
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,6 +67,7 @@ class Results:
     books: Mapping[str, Gradebook]  # by the name of the file that is filled in
     submissions: Sequence[Submission]
     overwrite: bool = False  # of what stands in gradebooks
+    is_class: bool = True  # and not one file, whose results stand beside those of a class
 
     def write(self, records: Mapping[str, Record], failures: Mapping[str, str]) -> list[str]:
         """Write all but those of the `failures`, which say why; remarks for the terminal."""
@@ -52,60 +75,75 @@ class Results:
         present = {mark.student for mark in marks} | failures.keys()
         present |= {member for student in failures for member in self.roster.members(student)}
         missing = {id: name for id, name in self.roster.names.items() if id not in present}
-        write_scores(marks, missing, self.out / "scores.csv")
+        remarks = [
+            *self._remarks(marks, missing, records),
+            *self._fill_books(marks),
+        ]
+        by_student: dict[str, list[str]] = {}
+        for remark in remarks:
+            for student in remark.students:
+                by_student.setdefault(student, []).append(remark.says)
+        write_scores(marks, missing, self.out / "scores.csv", by_student)
         write_pages(self.out, marks, self.assignment, failures=failures, missing=missing)
+        write_reading(self.out, records, self.adjustments, self.assignment, self.roster)
         self._write_code(records)
         returned = [*marks, *make_group_marks(records, self.adjustments, self.roster)]
         self._pack_feedback(returned)
-        return [
-            *self._remarks(marks, missing),
-            *self._fill_books(marks),
-            *self._group_remarks(records),
-        ]
-
-    def _group_remarks(self, records: Mapping[str, Record]) -> Iterable[str]:
-        """A remark on members of a group with hand-ins of their own."""
-        replaced = [
-            student
-            for student, group in self.roster.groups.items()
-            if student != group and {student, group} <= records.keys()
-        ]
-        if replaced:
-            yield (
-                f"{len(replaced)} handed in alone, and have the mark of the group in roster.csv: "
-                f"{some(replaced)}"
-            )
+        return [remark.line for remark in remarks if remark.students]
 
     def _remarks(
-        self, marks: Sequence[SubmissionVerdict], missing: Mapping[str, str]
-    ) -> Iterable[str]:
+        self,
+        marks: Sequence[SubmissionVerdict],
+        missing: Mapping[str, str],
+        records: Mapping[str, Record],
+    ) -> Iterator[Remark]:
         """Remarks on who handed in nothing, what was not read, and points that people owe."""
-        if missing:
-            yield f"{len(missing)} of the roster handed in nothing: {some(missing.values())}"
+        yield Remark("handed in nothing", list(missing), names=self.roster.names)
         unread = [mark.student for mark in marks if mark.unread]
-        if unread:
-            yield (
-                f"{len(unread)} handed in files that were not read: {some(unread)}. "
-                f"{self.out}/index.html says why"
+        yield Remark(
+            "handed in files that were not read", unread, f"{self.out}/index.html says why"
+        )
+        yield Remark(
+            "got no points for written answers yet, and so no row in a gradebook",
+            find_waiting(marks, self.adjustments),
+            f"Give them in {self.out}/reading.html, or say {EXCUSED!r} in {self.out}/{BY_HAND}",
+        )
+        yield Remark(
+            "handed in alone, and got the mark of the group in roster.csv",
+            [
+                student
+                for student, group in self.roster.groups.items()
+                if student != group and {student, group} <= records.keys()
+            ],
+        )
+        if self.roster.is_listed:
+            known = self.roster.names.keys() | set(self.roster.groups.values())
+            yield Remark(
+                f"handed in without a line in {self.out}/roster.csv",
+                sorted(records.keys() - known),
+                "Correct the table; a spreadsheet may have dropped zeros at the front",
             )
-        given = {student for student, item in self.adjustments if item == "written"}
-        waiting = [mark.student for mark in marks if mark.student not in given]
-        if CLASS in given and waiting:
-            yield f"{len(waiting)} have no points for their written answers yet: {some(waiting)}"
+        if self.is_class:
+            present = {submission.student for submission in self.submissions}
+            yield Remark(
+                "kept the results of an earlier run, and handed in nothing to this one",
+                sorted(records.keys() - present),
+                f"Remove their files in {self.out}/{VERDICTS}, or choose another --out",
+            )
 
-    def _fill_books(self, marks: Sequence[SubmissionVerdict]) -> Iterable[str]:
+    def _fill_books(self, marks: Sequence[SubmissionVerdict]) -> Iterator[Remark]:
         """Fill in the gradebooks; remarks on rows that are missing or hold something."""
+        waiting = set(find_waiting(marks, self.adjustments))
+        ready = [mark for mark in marks if mark.student not in waiting]
         for name, book in self.books.items():
-            unlisted, occupied = book.fill(marks, self.out / name, overwrite=self.overwrite)
-            if unlisted:
-                yield (
-                    f"{len(unlisted)} have no row in the gradebook, nor in {name}: {some(unlisted)}"
-                )
-            if occupied:
-                yield (
-                    f"{len(occupied)} have a grade or a comment in the gradebook, so they have no "
-                    f"row in {name}: {some(occupied)}. --overwrite gives them one"
-                )
+            unlisted, occupied, locked = book.fill(ready, self.out / name, overwrite=self.overwrite)
+            yield Remark(f"got no row in {name}, as the gradebook has none", unlisted)
+            yield Remark(
+                f"got no row in {name}, as the gradebook holds a grade or a comment",
+                occupied,
+                "--overwrite gives them one",
+            )
+            yield Remark(f"got no row in {name}, as Moodle has locked the grade", locked)
 
     def _write_code(self, records: Mapping[str, Record]) -> None:
         """Write all that was handed in, and what was handed out, for tools that look for copies."""

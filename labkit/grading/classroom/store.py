@@ -32,6 +32,7 @@ class Record:
     verdict: SubmissionVerdict  # as the machine gave it
     fingerprint: str  # what the verdict follows from
     code: str  # all that was handed in
+    written: str = ""  # answers in Markdown
     late: float = 0.0  # days, as the platform says
 
 

@@ -98,6 +98,7 @@ class SubmissionVerdict:
     unread: tuple[str, ...] = ()  # what was not read, and why
     late: float = 0.0  # days
     is_graded: bool = True  # False where no code could be read, and nobody gave points
+    is_excused: bool = False  # by an instructor: there is no mark
     adjustments: tuple[str, ...] = ()  # what an instructor changed
 
     @property

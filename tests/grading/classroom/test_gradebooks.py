@@ -46,7 +46,7 @@ def rows(path):
 
 def test_canvas_gets_the_scores_of_those_who_were_graded(verdicts, written, out):
     book = read_canvas(written(CANVAS), "Lab 1")
-    assert book.fill(verdicts, out, overwrite=True) == (["=cmd|x"], [])
+    assert book.fill(verdicts, out, overwrite=True) == (["=cmd|x"], [], [])
     assert rows(out) == [
         ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", "Lab 1 (77)"],
         ["Points Possible", "", "", "", "", "5.00"],
@@ -100,7 +100,7 @@ def test_canvas_names_a_column_that_is_not_there(written):
 def test_moodle_gets_grades_of_its_own_scale_and_keeps_its_times(verdicts, written, out):
     book = read_moodle(written(MOODLE))
     hostile = replace(verdicts[2], student="12", notes=("<b>",))
-    assert book.fill([*verdicts, hostile], out) == (["=cmd|x"], [])
+    assert book.fill([*verdicts, hostile], out) == (["=cmd|x"], [], [])
     header, ada, emmy, grace = rows(out)
     assert header == MOODLE.lstrip("\ufeff").splitlines()[0].split(",")
     assert ada[3:6] == ["100", "100.00", "Saturday, 21 November 2026"]
@@ -141,11 +141,11 @@ def test_what_a_person_wrote_stays(cell, verdicts, written, out):
     path = written(text.replace(before, after, 1))
     book = read_canvas(path, "Lab 1") if text is CANVAS else read_moodle(path)
 
-    _, kept = book.fill(verdicts[:1], out)
+    kept = book.fill(verdicts[:1], out).occupied
 
     assert kept == ["4711"]
     assert "4711" not in out.read_text(encoding="utf-8")
-    assert book.fill(verdicts[:1], out, overwrite=True)[1] == []
+    assert book.fill(verdicts[:1], out, overwrite=True).occupied == []
     assert "4711" in out.read_text(encoding="utf-8")
 
 
@@ -154,7 +154,7 @@ def test_who_was_not_graded_has_no_row_and_keeps_the_reason(verdicts, written, o
     nothing = replace(verdicts[0], is_graded=False, unread=("report.pdf is no notebook",))
 
     for book in (read_canvas(written(CANVAS), "Lab 1"), read_moodle(written(MOODLE))):
-        assert book.fill([nothing], out) == ([], [])
+        assert book.fill([nothing], out) == ([], [], [])
         assert "4711" not in out.read_text(encoding="utf-8")
     write_scores([nothing], {}, out)
 
@@ -180,3 +180,14 @@ def test_the_plain_table_holds_no_formula(verdicts, out):
         ["815", "815", "0.5", "5", "0", "bubblewrap", "0.5", "0", ""],
         ["'=cmd|x", "'=cmd|x", "0", "2", "0", "bubblewrap", "0", "", ""],
     ]
+
+
+def test_a_row_that_moodle_has_locked_is_named(verdicts, written, out):
+    text = MOODLE.replace("Status,", "Grade can be changed,").replace("Submitted", "No")
+
+    assert read_moodle(written(text)).fill(verdicts[:1], out) == ([], [], ["4711"])
+
+
+def test_a_scale_of_words_is_refused(written):
+    with pytest.raises(LabkitError, match=r"line 2: the grade is a scale up to 'Excellent', and"):
+        read_moodle(written(MOODLE.replace("100.00", "Excellent", 1)))

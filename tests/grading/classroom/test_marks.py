@@ -10,7 +10,13 @@ import pytest
 
 from labkit.grading.box.outside import Wall
 from labkit.grading.classroom.gradebooks import COMMENT, Gradebook, Person
-from labkit.grading.classroom.marks import Roster, make_marks, read_adjustments, read_roster
+from labkit.grading.classroom.marks import (
+    Decision,
+    Roster,
+    make_marks,
+    read_adjustments,
+    read_roster,
+)
 from labkit.grading.classroom.pages import student_page
 from labkit.grading.classroom.store import (
     VERDICTS,
@@ -72,6 +78,11 @@ def test_points_are_set_added_and_told(decide, marks):
         (["*,late_percent,10,"], 3.5),
         (["*,late_percent,10,", "ada,late,0,a note from the doctor"], 5.0),
         (["*,late_percent,90,"], 0.0),
+        (["*,late_percent,10,", "*,late_grace,1,"], 4.0),
+        (["*,late_percent,10,", "*,late_step,2,"], 3.0),
+        (["*,late_percent,10,", "*,late_step,1,"], 3.5),
+        (["*,late_percent,90,", "*,late_cap,50,"], 2.5),
+        (["*,late_percent,10,", "ada,bonus,1,"], 4.5),
     ],
 )
 def test_lateness_is_computed_when_marks_are(lines, score, decide, marks):
@@ -84,11 +95,18 @@ def test_lateness_is_computed_when_marks_are(lines, score, decide, marks):
         ("Ada,double,1,", "line 2: no students are called 'Ada'; did you mean 'ada'"),
         ("twin,double,1,", "line 2: 2 students are called 'twin'"),
         ("ada,doubel,1,", "line 2: unknown item 'doubel'; did you mean 'double'?"),
-        ("*,double,1,", "line 2: unknown item 'double'; there are late_percent, written"),
+        (
+            "*,double,1,",
+            "line 2: unknown item 'double'; there are late_percent, late_grace, "
+            "late_step, late_cap, written",
+        ),
         ("ada,double,2.5,", "line 2: double must be a number from 0 to 2, got '2.5'"),
         ("*,written,inf,", "line 2: written must be a number from 0, got 'inf'"),
         ("ada,late,inf,", "line 2: late must be a number from 0, got 'inf'"),
         ("ada,written,3,", "got '3'; say what they are worth: *,written,POINTS,"),
+        ("ada,double,,", "line 2: double must be a number from 0 to 2, got ''"),
+        ("ada,all,3,", "line 2: all takes 'excused', or no value and a comment; got '3'"),
+        ("ada,bonus,excused,", "line 2: bonus must be a number from 0, got 'excused'"),
         ("ada,double,1,\nada,double,2,", "line 3: double of 'ada' is set before; keep one"),
         ('ada,double,1,"open\nada', ": unexpected end of data; put text that holds a comma in"),
     ],
@@ -97,6 +115,42 @@ def test_a_slip_is_named_and_ends_the_run(line, message, decide):
     with pytest.raises(LabkitError) as error:
         decide(line)
     assert message in str(error.value)
+
+
+def test_a_comment_needs_no_points(decide, marks):
+    (mark,) = marks(decide("ada,double,,nice and short", "ada,all,,well done"), record("ada"))
+
+    assert mark.score == 5.0
+    assert mark.adjustments == ("Double: nice and short.", "The whole assignment: well done.")
+
+
+def test_an_excused_question_counts_neither_way(decide, marks):
+    (mark,) = marks(decide("ada,negate,excused,ill"), record("ada", double=1.0))
+
+    assert (mark.score, mark.points) == (1.0, 2.0)
+    assert mark.adjustments == ("Negate: excused: ill.",)
+
+
+def test_who_is_excused_has_no_mark(decide, marks, tmp_path):
+    (mark,) = marks(decide("ada,all,excused,"), record("ada"))
+    book = Gradebook(("Grade",), "Grade", (), {"ada": Person({}, "Ada", 5.0)}, excused="EX")
+
+    book.fill([mark], tmp_path / "g.csv")
+
+    assert not mark.is_graded
+    assert (tmp_path / "g.csv").read_text(encoding="utf-8") == "Grade\nEX\n"
+
+
+def test_what_the_page_for_reading_saved_counts_beside_what_is_set_by_hand(decide, marks, tmp_path):
+    (tmp_path / "points.csv").write_text(
+        'student,what,value,comment\n"ada","negate","1","see line 3"\n', encoding="utf-8"
+    )
+
+    (mark,) = marks(decide("ada,double,1,"), record("ada"))
+
+    assert mark.score == 2.0
+    with pytest.raises(LabkitError, match=r"points.csv: line 2: negate of 'ada' is set before"):
+        decide("ada,negate,1,")
 
 
 def test_rules_of_the_class_hold_wherever_they_stand(decide):
@@ -109,9 +163,9 @@ def test_an_empty_table_is_made_and_what_excel_makes_of_it_is_read(small, tmp_pa
     path, assignment = tmp_path / "adjustments.csv", read_assignment(small)
     assert not read_adjustments(tmp_path, assignment, {}, ROSTER)
     assert path.read_text() == "student,what,value,comment\n"
-    assert read_roster(tmp_path, NAMES, {}) == ({}, {})
+    assert read_roster(tmp_path, NAMES, {}) == ({}, {}, False)
     path.write_text("\ufeffstudent;what;value;comment\nada;double;0,5;\n;;;\n", encoding="utf-8")
-    assert read_adjustments(tmp_path, assignment, NAMES, ROSTER)["ada", "double"] == (0.5, "")
+    assert read_adjustments(tmp_path, assignment, NAMES, ROSTER)["ada", "double"] == Decision(0.5)
 
 
 def test_records_come_back_as_they_were_for_their_owner_alone(tmp_path):

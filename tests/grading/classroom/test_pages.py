@@ -95,4 +95,4 @@ def test_the_class_at_a_glance(pages, mode):
     assert "e : the disk is full" in words
     assert "1 of the roster: f (Emmy N.)." in words
     assert ("Limits alone are not safe" in words) == (mode == "none")
-    assert page.links == [f"students/{student}.html" for student in "abcd"]
+    assert page.links == ["reading.html"] + [f"students/{student}.html" for student in "abcd"]

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 MAX_FILE = 64 << 20  # bytes of a notebook with its pictures
 MAX_SOURCE = 2 << 20  # letters of code in all files
 MAX_CELLS = 1000  # of code in all files
+MAX_WRITTEN = 100_000  # letters of Markdown
 MAX_DEPTH = 2  # archives in archives
 WRITTEN = re.compile(r"\A\s*%%writefile\s+(?:-a\s+)?(\S+\.py)[ \t]*\n")  # by a cell
 TOO_LARGE = "the files are too large; clear the outputs, and hand in your own alone"
@@ -37,6 +38,7 @@ class Program(NamedTuple):
     scripts: dict[str, str]  # all that was read, by file name: a cell may import it
     notes: list[str]  # on how it was read
     unread: list[str]  # what was not read, and why
+    written: str = ""  # answers in Markdown, for a person
 
 
 def read_program(
@@ -49,6 +51,7 @@ def read_program(
     one. A file that cannot be read costs itself alone; of too much code the newest is read.
     """
     read: dict[str, list[tuple[str, str]]] = {}  # cells with their names in it, by file name
+    texts: dict[str, str] = {}
     unread: list[str] = []
     letters_left = MAX_SOURCE
     cells_left = MAX_CELLS
@@ -59,8 +62,12 @@ def read_program(
         try:
             if len(data) > MAX_FILE:
                 raise ValueError(TOO_LARGE)
-            is_notebook = name.lower().endswith(NOTEBOOK)
-            contents = notebook_cells(data) if is_notebook else [(text_of(data), "")]
+            if name.lower().endswith(NOTEBOOK):
+                cells_read = notebook_cells(data)
+                contents = code_of(cells_read)
+                texts[name] = written_answers(cells_read)
+            else:
+                contents = [(text_of(data), "")]
             letters_left -= sum(len(source) for source, _ in contents)
             cells_left -= len(contents)
             if letters_left < 0 or cells_left < 0:
@@ -93,7 +100,8 @@ def read_program(
                 line = above.count("\n") + 1
                 notes.append(f"line {line} of {label} holds a NUL byte, which was left out")
             cells.append((source.replace("\0", ""), label))
-    return Program(cells, scripts, notes, unread[:40])
+    written = "\n\n".join(texts[name] for name in chosen if texts.get(name))
+    return Program(cells, scripts, notes, unread[:40], written[:MAX_WRITTEN])
 
 
 def why_unread(error: Exception) -> str:
@@ -161,18 +169,33 @@ def text_of(data: bytes) -> str:
         return data.decode("latin-1").replace("\r\n", "\n")
 
 
-def notebook_cells(data: bytes) -> list[tuple[str, str]]:
-    """The code cells of a notebook, with their numbers."""
+def notebook_cells(data: bytes) -> list[dict[str, Any]]:
+    """The cells of a notebook."""
     if not data.strip():
         raise ValueError("it is empty")
     content: Any = json.loads(data.decode(json.detect_encoding(data), "surrogatepass"))
     if not isinstance(content, dict) or not isinstance(content.get("cells"), list):
         raise ValueError("it is no notebook of nbformat 4")
-    cells = [cell for cell in content["cells"] if isinstance(cell, dict)]
+    return [cell for cell in content["cells"] if isinstance(cell, dict)]
+
+
+def code_of(cells: Iterable[dict[str, Any]]) -> list[tuple[str, str]]:
+    """The sources of the code cells, with their numbers."""
     codes = [cell for cell in cells if cell.get("cell_type") == "code"]
-    texts = ("".join(cell.get("source") or "").replace("\r\n", "\n") for cell in codes)
-    sources = map(replace_surrogates, texts)
-    return [(source, f"cell {number}") for number, source in enumerate(sources, start=1)]
+    return [(source_of(cell), f"cell {number}") for number, cell in enumerate(codes, start=1)]
+
+
+def written_answers(cells: Iterable[dict[str, Any]]) -> str:
+    """The Markdown of a student: of nbgrader's cells those for answers, of others all."""
+    texts = [cell for cell in cells if cell.get("cell_type") == "markdown"]
+    marked = [cell for cell in texts if "nbgrader" in str(cell.get("metadata"))]
+    answers = [cell for cell in marked if cell["metadata"]["nbgrader"].get("solution")]
+    return "\n\n".join(map(source_of, answers if marked else texts))
+
+
+def source_of(cell: dict[str, Any]) -> str:
+    """The source of a cell, as one text that can be printed and parsed."""
+    return replace_surrogates("".join(cell.get("source") or "").replace("\r\n", "\n"))
 
 
 def replace_surrogates(source: str) -> str:
