@@ -17,10 +17,13 @@ from pathlib import Path
 from typing import Any
 
 import labkit
-from labkit.course.authoring.compute import hidden_cases, visible_cases
+from labkit.course.assignment import PLAIN_ANSWERS
+from labkit.course.authoring.compute import hidden_cases, rounded, visible_cases
 from labkit.course.authoring.entries import question
 from labkit.course.authoring.fairness import refuse_slow_cases, refuse_unseen_mistakes
 from labkit.course.authoring.questions import QUESTIONS, TITLE
+from labkit.course.exercises.entries import answers
+from labkit.course.exercises.stages import stages_of
 from labkit.grading.box.inside.data import to_json
 from labkit.grading.questions import CASES, COURSE, FORMAT, Case, Question
 from labkit.support.errors import LabkitError
@@ -72,6 +75,7 @@ def write_assignment(
     files = {
         folder / "questions.json": questions_file(one.asked_for for one in questions),
         folder / "visible.json": cases_file(visible),
+        folder / PLAIN_ANSWERS: plain_answers_file(questions, visible),
         hidden / COURSE: course_file(questions, secret),
         hidden / CASES: cases_file(drawn),
     }
@@ -99,6 +103,23 @@ def questions_file(questions: Iterable[Question]) -> str:
 def cases_file(cases: Mapping[str, Sequence[Case]]) -> str:
     """The text of `visible.json`, or of the hidden cases."""
     return _text({"cases": {id: list(map(_row, those)) for id, those in cases.items()}})
+
+
+def plain_answers_file(questions: Sequence[question], visible: Mapping[str, Sequence[Case]]) -> str:
+    """The text of `plain_answers.json`: right answers to plainer calls of the visible cases."""
+    rows = {}
+    for one in questions:
+        cases = {}
+        for case in visible[one.right.__name__]:
+            stages = {}
+            for stage in stages_of(one.asked_for, case.arguments):
+                values = answers(one.apply_edits({}), stage.arguments)
+                if values:
+                    stages[stage.words] = list(map(to_json, rounded(values)))
+            cases[case.id] = stages
+        rows[one.right.__name__] = cases
+    text = json.dumps(rows, ensure_ascii=False, allow_nan=False)
+    return text.replace('"v1": ', '\n"v1": ') + "\n"
 
 
 def _row(case: Case) -> dict[str, Any]:

@@ -23,8 +23,9 @@ from typing import Any
 import numpy as np
 
 import labkit.course.exercises as chapters
-from labkit.course.assignment import load_assignment
+from labkit.course.assignment import load_assignment, load_plain_answers
 from labkit.course.exercises.entries import ENTRIES, exercise
+from labkit.course.exercises.stages import Stages, stages_of
 from labkit.grading.box.inside.data import NoAnswerError, describe_error, plain
 from labkit.grading.judge.compare import assess
 from labkit.grading.judge.verdict import Outcome, QuestionVerdict, Status, to_html
@@ -40,6 +41,8 @@ HINTS = {  # what a message of numpy means here
     "points: apply(T, points) moves them, in this order",
     r"arrays used as indices must be of integer": "are indices and distances exchanged? A search "
     "returns the indices first",
+    r"boolean index did not match": "a mask has one entry for each source point: it selects pairs, "
+    "so it goes with the moved points and with their partners, `target[index]`",
 }
 
 
@@ -122,6 +125,9 @@ def check(function: Callable[..., Any]) -> Feedback:
     verdict = _judge_own_code(question, assignment.cases(question.id), function, called)
     if verdict.passed:
         return Feedback(verdict)
+    cases = assignment.cases(question.id)
+    outcomes = _outcomes(cases, function)
+    verdict = _ask_by_stages(question, cases, outcomes, function, _plainer(question), verdict)
     names = {name for name, _ in called}
     for part in assignment.questions:
         callee: Any = getattr(function, "__globals__", space).get(part.function)
@@ -186,7 +192,7 @@ def judge_exercise(entry: exercise, function: Callable[..., Any]) -> QuestionVer
     verdict = assess(question, cases, outcomes)
     if verdict.passed:
         return replace(verdict, message="right in every case.")
-    return verdict
+    return _ask_by_stages(question, cases, outcomes, function, entry.plainer, verdict)
 
 
 def judge_function(
@@ -197,6 +203,40 @@ def judge_function(
 ) -> QuestionVerdict:
     """The verdict on a function that is called here; `called` takes all that it calls in turn."""
     return assess(question, cases, _outcomes(cases, function, called))
+
+
+def _ask_by_stages(
+    question: Question,
+    cases: Sequence[Case],
+    outcomes: Sequence[Outcome],
+    function: Callable[..., Any],
+    plainer: Callable[[Case], dict[str, Case]],
+    verdict: QuestionVerdict,
+) -> QuestionVerdict:
+    """The verdict, with what plainer calls show; with a mistake's name only where it fits them."""
+    is_failed = [not each.passed for each in verdict.cases]
+    failed = [(c, o) for c, o, wrong in zip(cases, outcomes, is_failed, strict=True) if wrong]
+    if not verdict.is_written or any(o.status is Status.TOO_LONG for o in outcomes):
+        return verdict
+    try:
+        with limit_time(SECONDS):
+            stages = Stages(
+                question,
+                [case for case, _ in failed],
+                [outcome for _, outcome in failed],
+                lambda case: _outcome(case, function, None, True),
+                plainer,
+            )
+    except OutOfTime:
+        return verdict
+    if verdict.misconception is not None:
+        if stages.fits(verdict.misconception, cases, outcomes):
+            return verdict
+        verdict = assess(replace(question, misconceptions=()), cases, outcomes)
+        if verdict.misconception is not None:
+            return verdict
+    message = " ".join([verdict.message, *stages.sentences()])
+    return replace(verdict, message=message)
 
 
 def _judge_own_code(
@@ -211,6 +251,25 @@ def _judge_own_code(
             f"`{question.function}` again"
         )
     return verdict
+
+
+def _plainer(question: Question) -> Callable[[Case], dict[str, Case]]:
+    """From a visible case of the assignment to the cases of its stages."""
+    answers = load_plain_answers()[question.id]
+
+    def plainer(case: Case) -> dict[str, Case]:
+        return {
+            stage.words: replace(
+                case,
+                arguments=stage.arguments,
+                expected=answers[case.id][stage.words],
+                mistaken={},
+            )
+            for stage in stages_of(question, case.arguments)
+            if stage.words in answers[case.id]
+        }
+
+    return plainer
 
 
 def _is_labkits(call: tuple[str, str]) -> bool:

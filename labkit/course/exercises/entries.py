@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from labkit.course.exercises.stages import stages_of
 from labkit.grading.box.inside.data import Value, plain
 from labkit.grading.judge.kinds import read
 from labkit.grading.questions import Answer, Case, Misconception, Question
@@ -115,6 +116,14 @@ class exercise:
         given = self.visible() if callable(self.visible) else self.visible
         cases = [self._case(about, arguments) for about, arguments in given.items()]
         return self.as_question(_kind(*cases[0].expected)), cases
+
+    def plainer(self, case: Case) -> dict[str, Case]:
+        """The cases of a case's stages, by the words of each, where they have an answer."""
+        cases = {}
+        for stage in stages_of(self.asked[0], case.arguments):
+            if answers([self.right], stage.arguments):
+                cases[stage.words] = self._case(case.id, stage.arguments)
+        return cases
 
     def _case(self, about: str, arguments: Arguments) -> Case:
         """A call with its right answer, and the answers of all mistakes that do not fail."""

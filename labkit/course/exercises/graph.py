@@ -51,9 +51,9 @@ def _square(seed):
     return to_xytheta(np.array(chain)), ends, measured, sigma
 
 
-def _too_far():
-    """Three poses whose first steps are all negative."""
-    poses = np.array([(0.0, 0.0, 0.0), (1.3, 0.7, 1.0), (2.9, 1.8, 2.0)])
+def _three(second, third):
+    """Three poses, the second and third of which are too far off, and their edges."""
+    poses = np.array([(0.0, 0.0, 0.0), second, third])
     measured = np.array([(1.0, 0.2, 0.5), (1.0, -0.1, 0.4), (1.8, 0.7, 0.95)])
     return poses, np.array([(0, 1), (1, 2), (0, 2)]), measured, np.array([0.05, 0.05, 0.02])
 
@@ -61,9 +61,10 @@ def _too_far():
 # fmt: off
 @exercise("Solve the graph", lambda: {
     "a drive that comes back to its start": _square(0), "a drive that bends both ways": _square(20),
-    "poses that lie too far ahead and to the left": _too_far(),
+    "poses that lie too far ahead and to the left": _three((1.3, 0.7, 1.0), (2.9, 1.8, 2.0)),
+    "poses whose first steps add up to nothing": _three((0.7, 0.5, 0.9), (2.17585, 0.4, 0.5)),
 }, {
-    "All is nan: nothing holds pose 0, so the matrix is singular; leave its three columns out.":
+    "All is nan: nothing fixes pose 0, so the matrix is singular; leave its three columns out.":
         lambda poses, ends, measured, sigma: np.full(poses.shape, np.nan),
     "This is one round; the headings make the graph nonlinear, so go round until nothing moves.":
         {"range(30)": "range(1)"},

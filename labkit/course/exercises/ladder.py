@@ -39,7 +39,6 @@ def _beyond_the_end():
     "This is the last step alone; the answer is the product of all.": {"q[near]) @ T": "q[near])"},
     "The source is not moved before its neighbours are searched: apply `T` first.":
         {"apply(T, source)": "source"},
-    "This goes one round only: is `return` in the loop?": {"range(rounds)": "range(1)"},
 })
 def gated_icp(source, target, T_init, gate=0.3, rounds=15):
     """The loop of chapter 4 over the pairs within the gate."""
@@ -54,8 +53,6 @@ def gated_icp(source, target, T_init, gate=0.3, rounds=15):
 
 @exercise("Huber's weight for your loop", lambda: _with_moved_points(
     gate=(0.4, 0.25), delta=(0.08, 0.03), rounds=(6, 4)), {
-    "δ stays what it is by default; weigh with the `delta` that is given.":
-        {"huber_weights(d[near], delta)": "huber_weights(d[near], 0.05)"},
     "The weight is δ/r beyond δ only; up to δ it is 1.":
         {"huber_weights(d[near], delta)": "delta / np.maximum(d[near], 1e-12)"},
     "The weight falls with the square of the distance; it is δ/r.":
@@ -82,8 +79,6 @@ def robust_icp(source, target, T_init, gate=0.3, delta=0.05, rounds=15):
 }, {
     "The weights are those of the distances d; the residual of a line is e, across the wall.":
         {"abs(e[on])": "d[on]"},
-    "δ stays what it is by default; weigh with the `delta` that is given.":
-        {"abs(e[on]), delta": "abs(e[on]), 0.02"},
     "This still aligns points with points.": {"align_to_lines(p[on], q[on], n[on], w)":
                                              "align(p[on], q[on], w)"},
     LEFT: {"T = align_to_lines(p[on], q[on], n[on], w) @ T":

@@ -58,6 +58,8 @@ def colleagues_icp(source, target):
     "a run whose rotation is small first, and once exactly at the tolerance": (
         np.array([0.5, 0.25, 0.25, 0.25, 0.1, 0.1, 0.3, 0.1]),
         np.array([0.5, 0.5, 0.25, 0.1, 0.3, 0.2, 0.1, 0.1]), 0.25),
+    "a run in which both are small at once, and only just": (
+        np.array([0.5, 0.3, 0.9e-3, 0.1e-3]), np.array([0.4, 0.8e-3, 0.9e-3, 0.1e-3]), 1e-3),
 }, {
     "They are exchanged: any holds first, both later.": lambda t, r, e: first_stops(t, r, e)[::-1],
     "These are the first of each kind; both have to be small at once.":
@@ -92,7 +94,6 @@ def _end(p, q, T, gate):
 @exercise("Start wide, end narrow", _two_gates, {
     "Each run starts from the first guess again; start it from where the last one ended.":
         {"target, T, gate": "target, T_init, gate"},
-    "Only the first gate: is `return` in the loop?": {"T = _end": "return _end"},
     "The gates are sorted; take them in the order in which they are given.":
         {"in gates": "in sorted(gates, reverse=True)"},
     "The gates do not reach the runs: pass `IcpParameters(max_correspondence_distance=gate)`.":
@@ -126,8 +127,6 @@ def _errors():
     "A heading is held to 2 as if it were in degrees.": {"np.radians(2)": "2"},
     "The error keeps its sign, so that a heading far to the right passes: take its size.":
         {"abs(end_errors)": "end_errors"},
-    "The errors are turned into radians once more; they are radians already.":
-        {"for error in errors": "for error in np.radians(errors)"},
     "The guess is turned about the world's origin; turn it about the robot, behind `T_true`.":
         {"T_true @ transform(0, 0, error)": "transform(0, 0, error) @ T_true"},
 })

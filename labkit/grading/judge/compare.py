@@ -302,7 +302,7 @@ def _message(
         )
     if mistake:
         read_on = f" See {mistake.chapter}." if mistake.chapter else ""
-        return f"This looks like a known mistake: {mistake.says}{read_on}", False
+        return f"Your answers are those of this mistake: {mistake.says}{read_on}", False
     if passed == 0 and len(set(tried_faults)) == 1:
         return f"No case passes: {tried_faults[0]}", True
     message = f"{passed} of {len(cases)} cases pass."

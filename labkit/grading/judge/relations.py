@@ -84,7 +84,7 @@ BY_KIND: dict[Answer, list[Change]] = {
 
 def sentence(relation: str, subject: str = "the answer") -> str:
     """The sentence, from the words for the change and for what is changed."""
-    return f"Your answers are those that come out when {relation.replace('{}', subject)}."
+    return f"{relation.replace('{}', subject)}."
 
 
 @cache

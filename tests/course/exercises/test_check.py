@@ -67,7 +67,9 @@ def test_a_wrong_one_is_told_its_mistake():
     feedback = check(named("rotation", transposed))
     assert not feedback.passed
     lines = repr(feedback).splitlines()
-    assert "those that come out when the answer is transposed. See chapter" in lines[0]
+    assert (
+        "Your answers are those of this mistake: the answer is transposed. See chapter" in lines[0]
+    )
     assert [line.partition(" For theta")[0] for line in lines[1:]] == [
         "  - A quarter turn: the rotation is off by 180°.",
         "  - A turn to the right: the rotation is off by 57°.",

@@ -151,7 +151,7 @@ Of $N$ pairs keep the $\lfloor\rho N\rfloor$ closest, but at least 3. The pairs 
     "three quarters of nine": (
         np.array([0.8, 0.15, 0.5, 0.33, 1.2, 0.05, 0.61, 0.27, 0.94]), 0.75),
     "three quarters of eight": (np.array([0.7, 0.3, 1.1, 0.2, 0.9, 0.4, 0.6, 0.1]), 0.75),
-    "distances given as whole numbers": (np.array([5, 1, 4, 2, 3]), 0.65),
+    "two fifths of nine whole numbers": (np.array([5, 1, 4, 2, 3, 9, 7, 6, 8]), 0.4),
 }, hidden={
     "a share that is rounded down much": _trimmed(11, 0.7),
     "a share that is rounded down little": _trimmed(9, 0.6),

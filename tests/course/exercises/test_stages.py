@@ -1,0 +1,105 @@
+"""A wrong function is asked by stages; the law: what is said is what its answers show."""
+
+import numpy as np
+import pytest
+
+from labkit import Target, align, apply, transform
+from labkit.correspondences import huber_weights
+from labkit.course.assignment import load_assignment, load_plain_answers
+from labkit.course.exercises import check, exercises
+from labkit.course.exercises.stages import Plain, plain_form, stages_of
+from tests.course.authoring.right_answers import solution
+
+LOOP = """
+def robust_icp(source, target, T_init, gate=0.3, delta=0.05, rounds=15):
+    T, older = T_init, Target(target)
+    for k in range(rounds):
+        p = apply(T, source)
+        index, d = older.search.query(p)
+        q, near = older.points[index], d <= gate
+        w = huber_weights(d[near], delta)
+        T = align(p[near], q[near], w) @ T
+    return T
+"""
+NAMES = {"np": np, "Target": Target, "align": align, "apply": apply, "huber_weights": huber_weights}
+
+
+def told(source, name):
+    """The message on a function of the source."""
+    names = dict(NAMES)
+    exec(source, names)
+    return check(names[name]).verdict.message
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "says"),
+    [
+        ("d <= gate", "d**2 <= gate", "With `gate=inf` it is right"),
+        ("d <= gate", "d <= 0.3", "stays the same with `gate=inf`"),
+        ("T_init, Target", "np.eye(3), Target", "stays the same with `T_init` the identity"),
+        ("range(rounds)", "range(15)", "stays the same with `rounds=1`"),
+        ("huber_weights(d[near], delta)", "None", "stays the same with `delta=inf`"),
+        ("huber_weights(d[near]", "huber_weights(d[near] ** 2", "With `delta=inf` it is right"),
+        ("@ T\n", "@ T\n        source = apply(T, source)\n", "With `rounds=1`"),
+        ("align(p[near], q[near], w)", "align(q[near], p[near], w)", "the answer is inverted"),
+        (
+            "align(p[near], q[near], w)",
+            "align(source[near], q[near], w)",
+            "together it is right, and wrong as soon as `T_init` or `rounds` is as given",
+        ),
+    ],
+)
+def test_a_wrong_loop_is_led_to_its_cause(right, wrong, says):
+    assert right in LOOP
+
+    assert says in told(LOOP.replace(right, wrong), "robust_icp")
+
+
+@pytest.mark.parametrize("name", exercises())
+def test_the_right_answer_to_a_stage_is_not_the_answer_to_the_call(name):
+    """Each plain form changes its argument, and nothing but that."""
+    question, cases = exercises()[name].asked
+    for case in cases:
+        for stage in stages_of(question, case.arguments):
+            pairs = zip(stage.arguments, case.arguments, strict=True)
+            changed = sum(new is not old for new, old in pairs)
+            assert changed == 1 or stage.plain in (Plain.ALL, Plain.ALL_BUT_ONE)
+
+
+@pytest.mark.parametrize("question", load_assignment(hidden=False).questions, ids=lambda q: q.id)
+def test_the_plain_answers_of_the_assignment_are_those_of_its_stages(question):
+    stored = load_plain_answers()[question.id]
+    for case in load_assignment(hidden=False).cases(question.id):
+        words = [stage.words for stage in stages_of(question, case.arguments)]
+        assert set(stored[case.id]) <= set(words)
+
+
+def test_the_assignments_visible_cases_are_asked_by_stages():
+    def integrate(increments, start):
+        return solution.integrate(increments, np.zeros(3))
+
+    assert "`start`" in check(integrate).verdict.message
+
+
+def test_a_mask_that_is_wrong_beyond_a_limit_says_where():
+    def distance_gate(distances, max_distance):
+        return distances <= 0.77 * max_distance
+
+    shown = check(distance_gate).verdict.message
+
+    assert "With `max_distance=inf` it is right" in shown
+
+
+def test_a_name_that_does_not_fit_the_stages_is_not_said():
+    """All true, as where errors are turned into radians once more; but no error is used."""
+    right = exercises()["headings_that_work"].right
+
+    def headings_that_work(source, target, T_true, errors, parameters):
+        return right(source, target, T_true, 0 * errors, parameters)
+
+    assert "radians" not in check(headings_that_work).verdict.message
+
+
+def test_an_argument_without_a_plain_form_has_none():
+    assert plain_form("clean", object())[0] == ""
+    assert plain_form("T_k", transform(1.0, 2.0, 0.3))[1].tolist() == np.eye(3).tolist()
