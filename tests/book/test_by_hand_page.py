@@ -55,7 +55,7 @@ def test_the_number_falls_as_the_scans_meet_and_icp_that_is_stuck_says_so(show, 
     number, verdict = page.locator(".icp-distance"), page.locator(".icp-verdict")
     expect(number).to_have_text(misfit(pair, START))
     page.get_by_role("button", name="Let ICP finish").click()
-    expect(verdict).to_have_text(re.compile("Stuck, 0.64 m away"))
+    expect(verdict).to_have_text(re.compile("Stuck: 0.64 m from where the robot was"))
     expect(page.get_by_role("status")).to_have_text(verdict.inner_text())
     page.get_by_role("button", name="Start again").click()
     expect(number).to_have_text(misfit(pair, START))
@@ -86,6 +86,20 @@ def test_icp_never_lets_its_number_rise_and_ends_found(show, pair):
     seen = page.evaluate("() => window.seen")
     assert len(seen) > 5
     assert seen == sorted(seen, reverse=True)
+
+
+def test_the_first_press_finds_and_a_second_start_gets_stuck(show):
+    starts = {"T_init": labkit.transform(1.0, -0.6, 0.3), "T_worse": START}  # as on the first page
+    scene = replace(killian_scene(101), **starts)
+    page = show(align_by_hand(scene, TOLD), SIGN, reduced_motion="reduce")
+    finish = page.get_by_role("button", name="Let ICP finish")
+
+    finish.click()
+    expect(page.locator(".icp-verdict")).to_contain_text("Found: the robot moved 0.5")
+    page.get_by_role("button", name="Try a worse start").click()
+    finish.click()
+
+    expect(page.locator(".icp-verdict")).to_contain_text("Stuck: 0.64 m")
 
 
 def test_from_too_far_off_icp_says_that_it_gives_up(show, pair):

@@ -120,6 +120,30 @@ def test_world_and_wheels_are_there_after_a_reload(page):
     expect(page.get_by_label("wheels")).to_have_value("noisy")
 
 
+def test_a_wall_that_stops_the_robot_is_said(show):
+    page = show(drive(), ".icp-score", "#drive-room", by_hand=True)
+    page.locator(".icp-stage canvas").focus()
+
+    page.keyboard.down("ArrowUp")
+    run_until(page, ".icp-advice", "A wall stops the robot")
+    page.keyboard.up("ArrowUp")
+    page.keyboard.down("ArrowDown")
+
+    run_until(page, ".icp-advice", "Drive a few rounds")
+
+
+def test_a_finger_is_told_of_no_key_and_sees_a_corridor_as_wide_as_a_thumb(show):
+    phone = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+    page = show(drive(), ".icp-score", "#drive-corridor", **phone)
+
+    for world in page.get_by_label("world").locator("option").all_inner_texts():
+        page.get_by_label("world").select_option(world)
+        settle(page)
+        assert "Shift" not in page.locator(".icp-drive").inner_text()
+
+    assert page.locator(".icp-stage canvas").bounding_box()["height"] > 200
+
+
 def test_with_shift_the_robot_drives_slowly(show):
     page = show(drive(), ".icp-score", "#drive-corridor", by_hand=True)
 

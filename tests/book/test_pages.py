@@ -234,7 +234,7 @@ def test_a_step_of_the_map_comes_into_the_toy_and_what_is_found_plays_the_map(br
         page.get_by_role("button", name="1732").click()
         expect(verdict).to_contain_text("Step 1732: ICP says that the robot stood still")
         finish.click()
-        expect(verdict).to_contain_text("Stuck, 0.7")  # the step that lied
+        expect(verdict).to_contain_text("Stuck: 0.7")  # the step that lied
         canvas.click()
         expect(verdict).to_contain_text(re.compile(r"Step \d+: drag"))
 

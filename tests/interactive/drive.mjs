@@ -10,6 +10,7 @@ const {
   floats,
   generator,
   isDriven,
+  sayClosing,
   takeScan,
   toXYTheta,
   transform,
@@ -41,4 +42,10 @@ const random = generator(1);
 const drawn = steps.map(({ step, noise }) =>
   Array.from({ length: count }, () => toXYTheta(wheelStep(transform(...step), noise, random))),
 );
-process.stdout.write(JSON.stringify({ answers, drawn }));
+const closings = [
+  [0, 1, 1],
+  [1, 10.52, 10.521],
+  [3, 2, 0.5],
+  [2, 0.5, 2],
+].map((closing) => sayClosing(...closing));
+process.stdout.write(JSON.stringify({ answers, drawn, closings }));

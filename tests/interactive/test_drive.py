@@ -132,6 +132,15 @@ def test_a_link_can_only_hold_what_the_robot_can_drive(run_drive):
     assert [answer["isDriven"] for answer in answers] == [True, True, False, False]
 
 
+def test_what_a_recognised_place_gains_is_said(run_drive):
+    nothing_seen, nothing_gained, better, worse = run_drive(WITHOUT_NOISE, [])["closings"]
+
+    assert "no place" in nothing_seen
+    assert nothing_gained == "1 scan recognised, and nothing gained: still 10.52 m off."
+    assert better == "3 scans recognised: 2.00 m off before, 0.50 m now."
+    assert worse.startswith("2 scans recognised, and the drive is worse: 0.50 m off before")
+
+
 def test_wheels_err_as_the_simulator_s_do(run_drive):
     steps = [[0.3, -0.1, 0.2], [0.0, 0.0, 0.4], [0.5, 0.0, 0.0]]
     cases = list(product(steps, [*WHEELS.values(), NO_WHEEL_NOISE]))

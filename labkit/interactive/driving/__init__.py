@@ -36,7 +36,7 @@ PLACES: dict[str, tuple[World, tuple[float, float, float], str]] = {
     "Room": (
         room(),
         (2.0, -1.5, 1.6),
-        "Drive a few rounds about the pillar, with Shift slowly.",
+        "Drive a few rounds about the pillar, slowly.",
     ),
     "Corridor": (
         corridor(),
@@ -46,7 +46,7 @@ PLACES: dict[str, tuple[World, tuple[float, float, float], str]] = {
     "Doorways": (
         doorways(period=0.8, opening=0.35),
         (0.1, 0.0, 0.0),
-        "Drive straight on: with Shift slowly first, then at full speed.",
+        "Drive straight on: slowly first, then at full speed.",
     ),
     "Two rooms": (
         two_rooms(),

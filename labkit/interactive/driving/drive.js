@@ -32,8 +32,10 @@ import { Robot, isDriven } from "./world.js";
 const TICK = 1 / 60; // s
 const SCAN = 12; // ticks from one scan to the next
 const LONGEST = 900; // scans that a link holds: three minutes
-const ACROSS = 12; // m that are seen of a longer world
+const ACROSS = 12; // m that are seen of a longer world, or fewer:
+const MIN_PX_PER_M = 55; // so that a narrow picture shows the robot large enough
 const ABOUT = 1; // m about a robot that are seen at least
+const MIN_HEIGHT_PX = 230; // of the picture, on a telephone
 const TALLEST = 340; // px of the picture: what is told and turned below it stays in view
 const INK = 40; // px of the map for a metre
 const MARGIN = 3; // m of the map about the walls
@@ -42,6 +44,7 @@ const DRIFT = 0.1; // m off without a wrong step, from which it is told
 const SLOW = 0.4; // share of the full speed, with Shift
 const REPLAY = 8; // ms of a frame for a drive of a link
 const RACE = "#drive?";
+const AT_WALL = "A wall stops the robot: turn away from it, or drive back.";
 const KEYS = {
   ArrowUp: [1, 0],
   w: [1, 0],
@@ -71,6 +74,18 @@ export function decoded(text, start) {
   for (let k = 0; k + 2 < steps.length; k += 3)
     poses.push(rounded(poses.at(-1).map((each, i) => each + steps[k + i])));
   return poses;
+}
+
+// What was gained by closing a drive, that was so many metres off before and after.
+export function sayClosing(count, metresBefore, metresAfter) {
+  if (!count) return "The scans recognise no place that the robot saw before.";
+  const scans = count === 1 ? "1 scan" : `${count} scans`;
+  const [before, after] = [metresBefore, metresAfter].map((metres) => `${metres.toFixed(2)} m`);
+  const change = `${before} off before, ${after} now`;
+  if (before === after) return `${scans} recognised, and nothing gained: still ${after} off.`;
+  if (metresAfter > metresBefore)
+    return `${scans} recognised, and the drive is worse: ${change}. A place was mistaken.`;
+  return `${scans} recognised: ${change}.`;
 }
 
 class DriveView extends View {
@@ -117,7 +132,7 @@ class DriveView extends View {
       "aria-label": "Map. Arrow keys or W, A, S, D drive the robot, with Shift slowly.",
     });
     const how = matchMedia("(pointer: coarse)").matches
-      ? "Drag here to drive"
+      ? "Drag here to drive; a short pull is slow"
       : "Drag, or click and use the arrow keys; with Shift slowly";
     this.prompt = element("p", { class: "icp-prompt", "aria-hidden": "true" }, how);
     const legend = legendOf([
@@ -293,11 +308,7 @@ class DriveView extends View {
     const off = this.off();
     const found = this.odometry.recognise(this.parameters);
     const after = scans.map(({ T }) => T);
-    const change = `${off.toFixed(2)} m off before, ${this.off().toFixed(2)} m now`;
-    const told = `${found} scans recognised: ${change}.`;
-    this.said.textContent = found
-      ? told
-      : "The scans recognise no place that the robot saw before.";
+    this.said.textContent = sayClosing(found, off, this.off());
     this.score.textContent = this.sum();
     this.sliding = { stop() {} };
     const { stop } = tween(
@@ -324,6 +335,7 @@ class DriveView extends View {
     const rests =
       !this.pointer && !this.held.size && !this.robot.speed && !this.robot.turning && !this.moved();
     if (rests && this.now !== null) this.spoken.textContent = this.sum();
+    this.adviseAtWall();
     this.now = rests || this.now === null ? null : now;
     for (const name of DIALS) this.controls[name].set(this.parameters[name]);
     if (this.rival && this.rival.odometry.scans.length < this.rival.poses.length) this.replay();
@@ -367,8 +379,16 @@ class DriveView extends View {
 
   // Tell the worst step, and how its match ended; or what to try.
   advise() {
-    const text = this.beat() + (this.worst ? this.slip() : this.hint());
+    const advice = this.worst ? this.slip() : this.hint();
+    const text = this.beat() + (this.robot.isBlocked ? AT_WALL : advice);
     if (text !== this.advised) this.said.textContent = this.advised = text;
+  }
+
+  // Say that a wall stops the robot, and that it no longer does.
+  adviseAtWall() {
+    if (this.isAtWall === this.robot.isBlocked) return;
+    this.isAtWall = this.robot.isBlocked;
+    this.advise();
   }
 
   slip() {
@@ -434,6 +454,10 @@ class DriveView extends View {
       drawMark(context, this.sheet, colors, mark);
   }
 
+  isLong() {
+    return this.box.right - this.box.left > 2 * ACROSS;
+  }
+
   // The part of the world that is shown: a small world whole, of a long one what is about the
   // robots; both robots in any case.
   look(width, height) {
@@ -442,9 +466,9 @@ class DriveView extends View {
       [this.shown.x, this.robot.pose[0]],
       [this.shown.y, this.robot.pose[1]],
     ];
-    const isLong = right - left > 2 * ACROSS;
     const middle = (x[0] + x[1]) / 2;
-    const ends = isLong ? [middle - ACROSS / 2, middle + ACROSS / 2] : [left, right];
+    const across = Math.min(ACROSS, width / MIN_PX_PER_M);
+    const ends = this.isLong() ? [middle - across / 2, middle + across / 2] : [left, right];
     const [low, high] = [Math.min(ends[0], ...x) - ABOUT / 2, Math.max(ends[1], ...x) + ABOUT / 2];
     const [under, over] = [Math.min(bottom, ...y) - ABOUT / 2, Math.max(top, ...y) + ABOUT / 2];
     const scale = Math.min(width / (high - low), height / (over - under));
@@ -458,12 +482,14 @@ class DriveView extends View {
   }
 
   draw() {
-    const isLong = this.box.right - this.box.left > 2 * ACROSS;
     const { scans } = this.odometry;
     const last = scans.at(-1);
     const colors = palette(this.root);
-    const share = isLong ? 0.4 : 0.7;
-    const fresh = freshContext(this.canvas, (width) => Math.min(TALLEST, share * width));
+    const share = this.isLong() ? 0.4 : 0.7; // of the width
+    const fresh = freshContext(this.canvas, (width) => {
+      const height = Math.max(share * width, Math.min(width, MIN_HEIGHT_PX));
+      return Math.min(TALLEST, height);
+    });
     if (!fresh) return;
     // Another theme, or a drive that slides: all of it anew.
     if (this.inked !== colors.target) {

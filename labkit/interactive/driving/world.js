@@ -7,6 +7,7 @@ const SPEED = 2.5;
 const TURN = 1.7; // m/s and rad/s at most
 const HASTE = 4; // m/s² and, three times it, rad/s²
 export const RADIUS = 0.28; // m
+const MIN_FREE_SHARE = 0.2; // of the way that it wants to go; below it, a wall stops the robot
 
 // One sweep: the points in beam order, and the range of each beam; Infinity for a no-return.
 export function cast(segments, T, { angles, range_min, range_max, noise_std }, random) {
@@ -72,7 +73,7 @@ export const wheelStep = (T_step, { along, across, turn, drift }, random) => {
 
 export class Robot {
   constructor(pose) {
-    Object.assign(this, { pose, speed: 0, turning: 0 });
+    Object.assign(this, { pose, speed: 0, turning: 0, isBlocked: false });
   }
 
   // Go on for `dt` seconds; `ahead` and `left` in [-1, 1] are what the driver wants.
@@ -80,13 +81,14 @@ export class Robot {
     const toward = (now, wanted, most) => now + Math.max(-most, Math.min(most, wanted - now));
     this.speed = toward(this.speed, SPEED * ahead, HASTE * dt);
     this.turning = toward(this.turning, TURN * left, 3 * HASTE * dt);
-    const [x, y, was] = this.pose;
-    const theta = was + this.turning * dt;
+    const [x0, y0, theta0] = this.pose;
+    const theta = theta0 + this.turning * dt;
     const length = this.speed * dt;
-    this.pose = [
-      ...offWalls(x + length * Math.cos(theta), y + length * Math.sin(theta), segments),
-      theta,
-    ];
+    const freeX = x0 + length * Math.cos(theta);
+    const freeY = y0 + length * Math.sin(theta);
+    const [x, y] = offWalls(freeX, freeY, segments);
+    this.pose = [x, y, theta];
+    this.isBlocked = Math.hypot(x - x0, y - y0) < MIN_FREE_SHARE * Math.abs(length);
   }
 }
 

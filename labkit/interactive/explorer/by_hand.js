@@ -93,11 +93,14 @@ export class HandView extends View {
     this.curve = element("canvas", { class: "icp-cost", role: "img" });
     const run = button("Let ICP finish", "Run the loop from where the scan lies", () => this.run());
     const again = button("Start again", "Put the scan back", () => this.start());
+    this.worse = button("Try a worse start", "Put the scan where ICP gets stuck", () =>
+      this.start("worse"),
+    );
     const misfit = element(
       "p",
       { class: "icp-misfit" },
       this.distance,
-      " apart, where the scans overlap",
+      " is a typical distance from a point to the nearest one",
     );
     const help = element("p", { class: "icp-status icp-keys" }, BY_KEYS);
     const legend = legendOf(legendEntries(this.model.get("first_parameters")));
@@ -105,7 +108,7 @@ export class HandView extends View {
       "right",
       misfit,
       this.verdict,
-      part("row", run, again),
+      part("row", run, again, this.worse),
       this.curve,
       help,
       this.spoken,
@@ -122,8 +125,10 @@ export class HandView extends View {
     this.root.addEventListener("icp-scene", take, { signal: this.signal });
   }
 
-  start() {
+  // Lay the scan at the scene's first guess, or at its worse one.
+  start(guess = "guess") {
     const [scene] = this.model.get("scene_data");
+    this.worse.hidden = !scene.worse;
     Object.assign(this, unpacked(scene));
     this.parameters = this.model.get("first_parameters");
     this.trail = [];
@@ -133,10 +138,10 @@ export class HandView extends View {
         0,
         0,
         ...this.target.points,
-        ...apply(transform(...scene.guess), this.source),
+        ...apply(transform(...scene[guess]), this.source),
       ),
     );
-    this.move(scene.guess);
+    this.move(scene[guess]);
   }
 
   pose() {
@@ -240,7 +245,8 @@ export class HandView extends View {
     const ended = outcome === 2 ? "ICP gives up" : "Stuck";
     if (!running && outcome === 0)
       said = `${found}: the robot moved ${moved} m and turned ${turn}°.`;
-    else if (!running && this.ended) said = `${ended}, ${far} away: help it, drag the scan nearer.`;
+    else if (!running && this.ended)
+      said = `${ended}: ${far} from where the robot was. Drag the scan nearer, then let ICP finish.`;
     const isFound = !running && outcome === 0;
     if (isFound && !this.root.matches(".icp-found"))
       this.root.dispatchEvent(new Event("icp-found", { bubbles: true }));

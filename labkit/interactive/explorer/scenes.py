@@ -33,6 +33,7 @@ class Scene:
     """Two scans of 3 points or more, the guess `T_init`, and where known the answer.
 
     `T_reference` is the answer: the "truth" of a simulation or the "reference" of a recording.
+    `T_worse` is a guess that `align_by_hand` offers beside `T_init`: from there ICP gets stuck.
     """
 
     name: str
@@ -41,15 +42,16 @@ class Scene:
     T_init: FloatArray
     T_reference: FloatArray | None = None
     reference: str = "truth"
+    T_worse: FloatArray | None = None
 
     def __post_init__(self) -> None:
         check_kind(self.name, "name", str)
         check_kind(self.source, "source", Scan)
         check_kind(self.target, "target", Scan)
         object.__setattr__(self, "T_init", as_transform(self.T_init, "T_init"))
-        if self.T_reference is not None:
-            T_reference = as_transform(self.T_reference, "T_reference")
-            object.__setattr__(self, "T_reference", T_reference)
+        for name in ("T_reference", "T_worse"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, as_transform(getattr(self, name), name))
         fewest = min(len(self.source), len(self.target))
         if fewest < MIN_PAIRS:
             raise InvalidPointsError(

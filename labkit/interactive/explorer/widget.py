@@ -236,6 +236,7 @@ def scene_to_json(scene: Scene) -> dict[str, Any]:
         "guess": _to_row(scene.T_init),
         "answer": None if scene.T_reference is None else _to_row(scene.T_reference),
         "reference": scene.reference,
+        "worse": None if scene.T_worse is None else _to_row(scene.T_worse),
     }
 
 
