@@ -25,6 +25,16 @@ KEPT_STATES = 8  # versions of the source whose code is kept: copies of the lab 
 tell = functools.cache(logging.getLogger("labkit").warning)  # once
 
 
+@functools.cache
+def tell_of_compiling() -> None:
+    """Say why a first call takes long; in a notebook as output, since stderr looks like a fault."""
+    line = "compiling the matcher for this computer, once: 10 to 30 s"
+    if "ipykernel" in sys.modules:
+        print(line)
+    else:
+        tell(line)
+
+
 def keep(dispatcher: Any) -> Any:
     """Return the compiled function, whose machine code numba now keeps on disk."""
     folder = cache_folder()
@@ -74,7 +84,7 @@ class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]
                 file.unlink(missing_ok=True)  # numba compiles anew
         code = super().load(key)
         if code is None:
-            tell("compiling the matcher for this computer, once: 10 to 30 s")
+            tell_of_compiling()
         return code
 
     def save(self, key: Any, data: Any) -> None:

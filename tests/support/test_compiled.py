@@ -56,6 +56,17 @@ def test_the_line_stands_wherever_numba_compiles(cache, change, monkeypatch):
     assert answer(cache) == ""
 
 
+def test_a_notebook_shows_the_line_as_output_and_not_as_a_fault(monkeypatch, capsys):
+    code_cache = pytest.importorskip("labkit.support.code_cache")
+    monkeypatch.setitem(sys.modules, "ipykernel", sys)
+
+    code_cache.tell_of_compiling.__wrapped__()
+
+    shown = capsys.readouterr()
+    assert "compiling the matcher" in shown.out
+    assert shown.err == ""
+
+
 @NEEDS_NUMBA
 def test_the_cache_may_lie_at_home(tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
