@@ -1,6 +1,8 @@
 """Every command that a page names is run by the walk, or a reason says why not."""
 
 import re
+import subprocess
+import sys
 
 import pytest
 
@@ -33,3 +35,19 @@ def test_no_text_names_a_command_that_is_gone():
     commands = set(re.findall(r"^    ([a-z]+)", build_parser().format_help(), re.MULTILINE))
     assert named
     assert named <= commands
+
+
+@pytest.mark.parametrize("offer", [False, True], ids=["as it stands", "with its comments"])
+def test_the_program_of_the_readme_runs(tmp_path, offer):
+    documented.prepare(tmp_path)
+    program = documented.python_of("README.md")
+    if not offer:
+        program = (documented.ROOT / "README.md").read_text("utf-8").split("```python\n")[1]
+        program = program.split("```")[0]
+
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+
+    assert done.returncode == 0, done.stderr
+    assert "OdometryResult(5 scans" in done.stdout

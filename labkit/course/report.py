@@ -1,7 +1,10 @@
-"""The tables of a report, as Markdown that a notebook shows as a table."""
+"""The tables of a report, as Markdown, and its figures, with a text for all readers."""
 
 from __future__ import annotations
 
+import base64
+import html
+import io
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -9,6 +12,7 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from labkit.evaluation import ErrorSummary, compare
@@ -46,6 +50,27 @@ def _cell(value: object) -> str:
     parts = re.split(r"(\$[^$]+\$)", line)  # text, formula, text, ...
     bars = [r"\|", r"\\vert "]
     return "".join(re.sub(r"(?<!\\)\|", bars[k % 2], part) for k, part in enumerate(parts))
+
+
+class Picture:
+    """A picture, and a text for those who cannot see it; `figure_with_text` makes one."""
+
+    def __init__(self, png: bytes, text: str) -> None:
+        self.png = png
+        self.text = text
+
+    def _repr_html_(self) -> str:
+        data = base64.b64encode(self.png).decode("ascii")
+        return (
+            f'<img alt="{html.escape(self.text)}" width="100%" src="data:image/png;base64,{data}">'
+        )
+
+
+def figure_with_text(figure: Figure, text: str) -> Picture:
+    """A figure as a notebook and a report show it, with `text` for those who cannot see it."""
+    png = io.BytesIO()
+    figure.savefig(png, format="png", dpi=200)
+    return Picture(png.getvalue(), text)
 
 
 def error_table(

@@ -1,4 +1,4 @@
-"""A report's tables: what is in them, and that no parameter goes without a reason."""
+"""A report's tables and figures: what is in them, and that no parameter goes without a reason."""
 
 import math
 
@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 import labkit
-from labkit.course.report import UNANSWERED, error_table, parameter_table, quality_table
+from labkit.course.report import (
+    UNANSWERED,
+    error_table,
+    figure_with_text,
+    parameter_table,
+    quality_table,
+)
 from labkit.filters import Preprocessing
 from labkit.odometry import Decision, OdometryParameters, SanityLimits, StepRecord
 from labkit.support.errors import InvalidParameterError
@@ -103,3 +109,12 @@ def test_quality_counts_decisions_and_takes_percentiles_of_what_has_a_number():
     assert table[2][1] == "4: 4 icp"
     assert ["inlier RMSE [m]", "0.020", "0.011 to 0.056"] in table
     assert ["inliers", "100", "100 to 100"] in table
+
+
+def test_a_figure_of_a_report_has_a_text_for_those_who_cannot_see_it():
+    figure = labkit.plotting.book_figure(1.0)
+
+    page = figure_with_text(figure, 'A map, "dashed" where a < b')._repr_html_()
+
+    assert 'alt="A map, &quot;dashed&quot; where a &lt; b"' in page
+    assert 'src="data:image/png;base64,iVBOR' in page

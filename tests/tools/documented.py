@@ -54,6 +54,14 @@ EXCUSED = {
     ".venv/bin/python tests/bench/pages.py": "measures times, which no test asserts",
     "pip install pre-commit && pre-commit install": "changes the contributor's git hooks",
     "python -m pip list": "is pip's own",
+    **dict.fromkeys(
+        (
+            r"robocopy .binder .venv\share\jupyter\lab\settings overrides.json",
+            "mkdir -p .venv/share/jupyter/lab/settings && "
+            "cp .binder/overrides.json .venv/share/jupyter/lab/settings",
+        ),
+        "copies a file, as make does; tests/book/test_jupyterlab.py reads it there",
+    ),
     "pip install .": ".ci/versions installs the checkout so, .ci/wheel what is built from it",
     ".venv/bin/python -m labkit.course.authoring": (
         "writes the assignment anew in a checkout; tests/course/authoring calls what it calls"
@@ -108,17 +116,22 @@ def prepare(folder: Path) -> None:
     angles = np.radians(np.arange(-90, 90))
     sweep = 3.0 / np.maximum(abs(np.cos(angles)), 0.5)
     sweeps = [sweep - 0.05 * k * np.cos(angles) for k in range(5)]
-    np.savetxt(folder / "sweeps.csv", sweeps, delimiter=",")
+    stamps = np.arange(len(sweeps)) / 10.0  # [s]
+    header = ",".join(["stamp", *(f"range_{k}" for k in range(len(angles)))])
+    rows = np.column_stack([stamps, sweeps])
+    np.savetxt(folder / "sweeps.csv", rows, delimiter=",", header=header, comments="")
+    wheels = [(stamp, 0.05 * k, 0, 0, 0, 0, 0, 1) for k, stamp in enumerate(stamps)]
+    np.savetxt(folder / "wheels.tum", wheels)
     beams = " ".join(f"{r:.3f}" for r in sweep)
     lines = (f"FLASER 180 {beams} {k / 10} 0 0 {k / 10} 0 0 {k} host {k}\n" for k in range(5))
     (folder / "your.log").write_text("".join(lines), "utf-8")
 
 
 def python_of(page: str) -> str:
-    """The program that a page shows."""
+    """The program that a page shows, and what its comments offer in place of a line."""
     program = re.search(r"(?ms)^```python\n(.*?)^```", (ROOT / page).read_text("utf-8"))
     assert program is not None
-    return program[1]
+    return re.sub(r"(?m)^# .*: (?=\w+ = )", "", program[1])
 
 
 def main() -> None:
