@@ -22,7 +22,7 @@ from typing import Any
 from labkit.grading.box.inside.data import Value, from_json
 from labkit.support.errors import LabkitError
 
-FORMAT = 4
+FORMAT = 5
 COURSE = "course.json"  # in `hidden/`: right functions, and whether a secret went in
 CASES = "cases.json"  # in `hidden/`
 WRITE = "write the assignment with `python -m labkit.course.authoring [--secret FILE]`"
@@ -68,7 +68,6 @@ class Question:
     unit: str = ""  # of the result where it has one unit: "m" or "rad"
     low: float | None = None  # what the numbers of the result cannot go below
     high: float | None = None  # ... or above
-    chance: float = 0.0  # share of right answers that a line without an idea gets; taken off
     misconceptions: tuple[Misconception, ...] = ()
 
     @property
@@ -105,6 +104,7 @@ class Case:
     expected: tuple[Value, ...]  # one answer for each accepted reading of the lesson
     tolerance: float  # how far any entry may lie from the expected one
     mistaken: Mapping[str, tuple[Value, ...]]
+    group: str = ""  # of hidden cases that give points together; "" for one by itself
 
 
 Cases = Mapping[str, tuple[Case, ...]]
@@ -217,7 +217,7 @@ def cases_beside(path: str | os.PathLike[str]) -> Path:
 
 def refuse_outdated(drawn: Assignment, now: Assignment, secret: str | os.PathLike[str]) -> None:
     """Raise `LabkitError` where cases were drawn for other questions than there are now."""
-    names = ("id", "title", "points", "signature", "docstring", "answer", "chance")
+    names = ("id", "title", "points", "signature", "docstring", "answer")
     for past, present in zip_longest(drawn.questions, now.questions):
         for name in names:
             drawn_value = getattr(past, name, None)

@@ -224,9 +224,13 @@ def read_outcome(reply: Mapping[str, Any]) -> Outcome:
             raise ValueError
     except (KeyError, ValueError, RecursionError):
         raise BoxError("the program sent an invalid answer") from None
-    error = str(reply.get("error", ""))
-    error = error if error.isidentifier() else "Exception"
-    return Outcome(status=status, error=error, message=clean_text(reply.get("message") or ""))
+    error, unwritten = (str(reply.get(name, "")) for name in ("error", "unwritten"))
+    return Outcome(
+        status=status,
+        error=error if error.isidentifier() else "Exception",
+        message=clean_text(reply.get("message") or ""),
+        unwritten=unwritten if unwritten.isidentifier() else "",
+    )
 
 
 def clean_text(message: object) -> str:

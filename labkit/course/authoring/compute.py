@@ -46,8 +46,8 @@ def hidden_cases(
     rng = Rng(np.random.PCG64([4711, 0, *entry.right.__name__.encode(), *secret]))
     for _ in range(SETS):
         cases = tuple(
-            draw_case(entry, f"h{k}", about, recipe, rng)
-            for k, (about, recipe) in enumerate(entry.hidden.items(), start=1)
+            replace(draw_case(entry, f"h{k}", about, recipe, rng), group=group)
+            for k, (group, about, recipe) in enumerate(entry.hidden_rows, start=1)
         )
         objection = objection_to(entry, (*visible, *cases))
         if not objection:

@@ -7,7 +7,7 @@ two right answers each, one a reading; all others have one.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -72,23 +72,31 @@ class question(exercise):
     task: str
     oracle: Function | Sequence[Function]  # other right functions, of the first readings
     visible: Recipes
-    hidden: Recipes
+    hidden: Mapping[str, Recipe | Recipes]  # in groups by what they try, which give the points
     unit: str = ""
     low: float | None = None
     high: float | None = None
-    chance: float = 0.0
     tolerance: float = 2e-5  # of an entry, relative to the largest of its answer or to 1
 
     @cached_property
     def asked_for(self) -> Question:
         """The question as the grading knows it."""
-        given = ("answer", "chapter", "unit", "low", "high", "chance")
+        given = ("answer", "chapter", "unit", "low", "high")
         return self.as_question(
             **{name: getattr(self, name) for name in given},
             points=float(self.points),
             task=self.task.strip(),
             docstring=inspect.cleandoc(self.right.__doc__ or "") + "\n",
         )
+
+    @property
+    def hidden_rows(self) -> Iterator[tuple[str, str, Recipe]]:
+        """Group, text and recipe of each hidden case; one without a group is one by itself."""
+        for name, one in self.hidden.items():
+            if isinstance(one, Mapping):
+                yield from ((name, about, drawn) for about, drawn in one.items())
+            else:
+                yield "", name, one
 
     @property
     def oracles(self) -> Sequence[Function]:

@@ -26,7 +26,7 @@ import labkit.course.exercises as chapters
 from labkit.course.assignment import load_assignment, load_plain_answers
 from labkit.course.exercises.entries import ENTRIES, exercise
 from labkit.course.exercises.stages import Stages, stages_of
-from labkit.grading.box.inside.data import NoAnswerError, describe_error, plain
+from labkit.grading.box.inside.data import NoAnswerError, describe_error, plain, unwritten
 from labkit.grading.judge.compare import assess
 from labkit.grading.judge.verdict import Outcome, QuestionVerdict, Status, to_html
 from labkit.grading.questions import Case, Question
@@ -361,11 +361,12 @@ def _outcome(
         line = f" (line {where.tb_lineno} of its cell)" if where else ""
         said = describe_error(error)
         hint = next((f"; {text}" for sign, text in HINTS.items() if re.search(sign, said)), "")
-        unwritten = isinstance(error, NotImplementedError)
+        is_stub = isinstance(error, NotImplementedError)
         return Outcome(
-            status=Status.NOT_WRITTEN if unwritten else Status.RAISED,
+            status=Status.NOT_WRITTEN if is_stub else Status.RAISED,
             error=type(error).__name__,
             message=said + line + hint,
+            unwritten=unwritten(error),
         )
 
 

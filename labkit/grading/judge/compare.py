@@ -5,7 +5,6 @@ The answers that are compared with are data; nothing here computes one.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from functools import cache
 
@@ -41,14 +40,13 @@ def assess(
 ) -> QuestionVerdict:
     """The verdict on one question: its cases, the known mistake if there is one, the score.
 
-    The score is the share of the hidden cases that pass, less what a constant answer would get.
-    Visible cases, whose answers are handed out, count where there are no hidden ones.
+    The score is the share of the groups of hidden cases of which all pass. Visible cases, whose
+    answers are handed out, count where there are no hidden ones.
     """
     faults = [find_fault(question, *pair) for pair in zip(cases, outcomes, strict=True)]
     mistake = recognise(question, cases, outcomes)
-    counting = [place for place, case in enumerate(cases) if case.hidden] or range(len(cases))
-    share = sum(not faults[place] for place in counting) / len(counting)
-    share = max(0.0, (share - question.chance) / (1.0 - question.chance))
+    groups = passed_groups(cases, faults)
+    share = sum(groups.values()) / len(groups)
     message, is_said = _message(question, cases, outcomes, faults, mistake)
     return QuestionVerdict(
         question=question.id,
@@ -62,6 +60,17 @@ def assess(
         misconception=mistake.id if mistake else None,
         message=message,
     )
+
+
+def passed_groups(cases: Sequence[Case], faults: Sequence[str]) -> dict[str, bool]:
+    """Of each group of cases that counts: whether all of its cases pass."""
+    is_graded = any(case.hidden for case in cases)
+    groups = dict[str, bool]()
+    for case, fault in zip(cases, faults, strict=True):
+        if case.hidden or not is_graded:
+            name = case.group or case.id
+            groups[name] = groups.get(name, True) and not fault
+    return groups
 
 
 def find_fault(question: Question, case: Case, outcome: Outcome) -> str:
@@ -267,7 +276,7 @@ def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
         return NOT_TRIED
     message = "" if case.hidden else outcome.message
     if outcome.status is Status.NO_ANSWER and message:
-        return f"it {message}" + ("" if message.endswith("?") else ".")
+        return f"it {message}"
     if outcome.status is Status.NOT_DEFINED and not message:
         message = "its cell did not run, or it has another name"
     if outcome.status in ADVICE:
@@ -286,30 +295,28 @@ def _message(
 ) -> tuple[str, bool]:
     """The message on the whole question, and whether it says the fault of every case."""
     passed = faults.count("")
-    hidden_passed = [not fault for case, fault in zip(cases, faults, strict=True) if case.hidden]
+    is_graded = any(case.hidden for case in cases)
     tried_faults = [
         fault
         for case, outcome, fault in zip(cases, outcomes, faults, strict=True)
         if outcome.tried and not case.hidden
     ] or faults
     if passed == len(cases):
-        return "All cases pass." if hidden_passed else ALL_VISIBLE, True
+        return "All cases pass." if is_graded else ALL_VISIBLE, True
     if all(outcome.status is Status.NOT_WRITTEN for outcome in outcomes):
-        unwritten = re.match(r"`\w+` is not written yet", outcomes[0].message)
-        return (
-            f"{unwritten[0] if unwritten else f'`{question.function}` is not written yet'}.",
-            True,
-        )
+        return f"`{outcomes[0].unwritten or question.function}` is not written yet.", True
     if mistake:
         read_on = f" See {mistake.chapter}." if mistake.chapter else ""
-        return f"Your answers are those of this mistake: {mistake.says}{read_on}", False
+        return f"Your answers are as if this were so: {mistake.says}{read_on}", False
     if passed == 0 and len(set(tried_faults)) == 1:
         return f"No case passes: {tried_faults[0]}", True
     message = f"{passed} of {len(cases)} cases pass."
-    if passed and hidden_passed:
-        message += f" Points are for the hidden ones: {sum(hidden_passed)} of {len(hidden_passed)}."
-    if question.chance and passed:
-        message += " Guessing passes some cases; you get points above that level."
+    if passed and is_graded:
+        groups = passed_groups(cases, faults)
+        named = {case.group for case in cases if case.group}
+        lost = [name for name, is_passed in groups.items() if name in named and not is_passed]
+        message += f" Points are for groups of hidden ones: {sum(groups.values())} of {len(groups)}"
+        message += f"; not yet for {' and '.join(lost)}." if lost else "."
     return message, False
 
 

@@ -40,6 +40,7 @@ class Outcome:
     status: Status = Status.RETURNED
     error: str = ""  # name of the exception, where it raised one
     message: str = ""  # as "IndexError: ... (line 3 of cell 7)"
+    unwritten: str = ""  # the function that is not written yet: this one, or one that it calls
     tried: bool = True  # False where an earlier call took too long
 
 

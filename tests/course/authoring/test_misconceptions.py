@@ -192,7 +192,7 @@ ONE_LINERS = {
     "align_weighted": lambda p, q, w: right.align(p, q),
     "align_svd": lambda p, q: (np.eye(2), q.mean(0) - p.mean(0)),
     "nearest_neighbors": lambda p, q: (np.arange(len(p)), np.linalg.norm(p, axis=1)),
-    "distance_gate": lambda d, gate: d < gate,
+    "distance_gate": lambda d, gate: d < d.mean(),
     "overlap": lambda d, ratio: d <= ratio,
     "huber_weights": lambda r, delta: delta / r,
     "inlier_rmse": lambda d, kept: d.mean(),

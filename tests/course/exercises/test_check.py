@@ -67,9 +67,7 @@ def test_a_wrong_one_is_told_its_mistake():
     feedback = check(named("rotation", transposed))
     assert not feedback.passed
     lines = repr(feedback).splitlines()
-    assert (
-        "Your answers are those of this mistake: the answer is transposed. See chapter" in lines[0]
-    )
+    assert "are as if this were so: the answer is transposed. See chapter" in lines[0]
     assert [line.partition(" For theta")[0] for line in lines[1:]] == [
         "  - A quarter turn: the rotation is off by 180°.",
         "  - A turn to the right: the rotation is off by 57°.",
@@ -275,7 +273,7 @@ def test_the_students_edition_has_no_hidden_cases(tmp_path):
     [
         ("questions.json", None, "cannot read .*questions.json: No such file"),
         ("visible.json", "[1]", "visible.json: it has format None"),
-        ("questions.json", '{"format": 99}', "has format 99, this labkit reads 4"),
+        ("questions.json", '{"format": 99}', "has format 99, this labkit reads 5"),
     ],
 )
 def test_a_broken_assignment_is_named(tmp_path, file, content, message):

@@ -114,7 +114,7 @@ SECRET = "3.14159 is the first input"
     [
         (Status.TOO_LONG, "took too long; does a loop have no end?", ""),
         (Status.KILLED, "the program ended in it", ""),
-        (Status.NO_ANSWER, "it raised an error.", f"it {SECRET}."),
+        (Status.NO_ANSWER, "it raised an error.", f"it {SECRET}"),
         (Status.NOT_DEFINED, "there is no function `align`", ""),
         (Status.NOT_WRITTEN, "not written yet", ""),
         ("IndexError", "it raised an error.", f"it raised {SECRET}."),
@@ -215,17 +215,38 @@ def test_of_several_results_the_wrong_one_is_told_by_its_place():
         assert f" in {place} got {wrong[entry]:g}, expected {wrong[entry] - 1:g}." in text
 
 
-def test_the_score_is_the_share_of_the_cases_beyond_chance():
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_group_of_cases_gives_its_points_if_all_pass(count):
+    """A condition that seldom decides costs as much as one that often does."""
     question = ASSIGNMENT.question("has_converged")
     cases = ASSIGNMENT.cases(question.id)
-    hidden = [case for case in cases if case.hidden]
-    wrong = hidden[:2]
+    wrong = [case for case in cases if case.group == "the budget"][:count]
     values = [case.expected[0] ^ (case in wrong) for case in cases]
+
     verdict = assess(question, cases, [returned(*pair) for pair in zip(cases, values, strict=True)])
-    assert verdict.score == round(question.points * (1 - 4 / len(hidden)), 2)
-    counts = f"{len(cases) - 2} of {len(cases)} cases pass"
-    of_hidden = f"{len(hidden) - 2} of {len(hidden)}"
-    assert f"{counts}. Points are for the hidden ones: {of_hidden}." in verdict.message
+
+    assert verdict.score == 0.75 * question.points
+    assert verdict.message == (
+        f"{len(cases) - count} of {len(cases)} cases pass. Points are for groups of hidden ones: "
+        f"3 of 4; not yet for the budget."
+    )
+
+
+CONSTANTS = [True, False, 0.0, 1.0, float("nan")]
+ONES_OR_ARGUMENT = [lambda first: first, np.ones_like, np.zeros_like, lambda first: first > -1]
+
+
+@pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
+def test_a_line_without_an_idea_earns_nothing(question):
+    """A constant, the first argument, ones in its shape."""
+    cases = ASSIGNMENT.hidden[question.id]
+    answers = [[returned(case, constant) for case in cases] for constant in CONSTANTS]
+    for answer in ONES_OR_ARGUMENT:
+        answers.append([returned(case, answer(np.asarray(case.arguments[0]))) for case in cases])
+
+    scores = [assess(question, cases, outcomes).score for outcomes in answers]
+
+    assert scores == [0.0] * len(answers)
 
 
 @pytest.mark.parametrize("question", ASSIGNMENT.questions, ids=lambda one: one.id)
@@ -251,8 +272,8 @@ def test_the_examples_learnt_by_heart_are_worth_nothing(question):
 @pytest.mark.parametrize(("function", "named"), [("align", "align"), ("icp", "nearest_neighbors")])
 def test_a_stub_is_named_also_where_it_is_called(function, named):
     question, cases = ASSIGNMENT.question(function), ASSIGNMENT.visible[function]
-    called = "" if function == named else f"`{named}` is not written yet (line 4 of cell 7)"
-    outcomes = [Outcome(status=Status.NOT_WRITTEN, message=called)] * len(cases)
+    called = "" if function == named else named
+    outcomes = [Outcome(status=Status.NOT_WRITTEN, unwritten=called)] * len(cases)
     assert assess(question, cases, outcomes).message == f"`{named}` is not written yet."
 
 

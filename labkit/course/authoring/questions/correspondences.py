@@ -99,7 +99,7 @@ def nearest_neighbors(source, target):
     return indices, distances[np.arange(len(source)), indices]
 
 
-@question("The distance gate", points=4, answer=Answer.MASK, chance=0.4,
+@question("The distance gate", points=4, answer=Answer.MASK,
     chapter="chapter 3, “Which pairs to trust”",
     task=r"""
 Reject the pairs that are farther apart than the gate $d_{\max}$. A pair right on the gate stays.
@@ -110,14 +110,22 @@ Reject the pairs that are farther apart than the gate $d_{\max}$. A pair right o
     "distances given as whole numbers": Exact((np.array([4, 1, 2, 3, 0]), 2)),
     "a pair a little beyond the gate": Exact((np.array([0.5005, 0.25, 0.5]), 0.5)),
 }, hidden={
-    "a pair a little beyond the gate": Exact((np.array([1.2, 0.75, 0.7504, 0.1]), 0.75)),
-    "a wide gate": lambda rng: (_distances(rng, 12, 0.2, 6.0), rng.number(1.7, 2.2)),
-    "a pair on the gate": Exact(_on_the_gate(0.25, 0.5, 2.0, 3.0)),
-    "a gate that one pair reaches": Exact(_on_the_gate(1.5, 2.0, 4.0)),
-    "a gate that all pass": Exact(_on_the_gate(0.125, 0.5, 0.75)),
-    "a gate that nothing passes": lambda rng: (_distances(rng, 6, 0.6, 2.0), rng.number(0.2, 0.35)),
-    "distances given as whole numbers": Exact(
-        lambda rng: (rng.permutation(8).astype(np.int64), int(rng.choice([3, 4])))),
+    "a wide gate": {
+        "a wide gate": lambda rng: (_distances(rng, 12, 0.2, 6.0), rng.number(1.7, 2.2)),
+    },
+    "a narrow gate": {
+        "a gate that nothing passes":
+            lambda rng: (_distances(rng, 6, 0.6, 2.0), rng.number(0.2, 0.35)),
+        "a gate that some pass": lambda rng: (_distances(rng, 12, 0.05, 1.0), rng.number(0.4, 0.6)),
+    },
+    "the gate itself": {
+        "a pair a little beyond the gate": Exact((np.array([1.2, 0.75, 0.7504, 0.1]), 0.75)),
+        "a pair on the gate": Exact(_on_the_gate(0.25, 0.5, 2.0, 3.0)),
+        "a gate that one pair reaches": Exact(_on_the_gate(1.5, 2.0, 4.0)),
+        "a gate that all pass": Exact(_on_the_gate(0.125, 0.5, 0.75)),
+        "distances given as whole numbers": Exact(
+            lambda rng: (rng.permutation(8).astype(np.int64), int(rng.choice([3, 4])))),
+    },
 }, mistakes={
     "squared_distance": ("The squared distance is held against the gate: both are in metres.",
         lambda d, gate: d**2 <= gate),
@@ -153,11 +161,18 @@ Of $N$ pairs keep the $\lfloor\rho N\rfloor$ closest, but at least 3. The pairs 
     "three quarters of eight": (np.array([0.7, 0.3, 1.1, 0.2, 0.9, 0.4, 0.6, 0.1]), 0.75),
     "two fifths of nine whole numbers": (np.array([5, 1, 4, 2, 3, 9, 7, 6, 8]), 0.4),
 }, hidden={
-    "a share that is rounded down much": _trimmed(11, 0.7),
-    "a share that is rounded down little": _trimmed(9, 0.6),
-    "a share without remainder": _trimmed(16, 0.5),
-    "few pairs": _trimmed(5, 0.25),
-    "distances given as whole numbers": lambda rng: (rng.permutation(15)[:9].astype(np.int64), 0.4),
+    "the rounding": {
+        "a share that is rounded down much": _trimmed(11, 0.7),
+        "a share that is rounded down little": _trimmed(9, 0.6),
+    },
+    "the order": {
+        "a share without remainder": _trimmed(16, 0.5),
+        "distances given as whole numbers":
+            lambda rng: (rng.permutation(15)[:9].astype(np.int64), 0.4),
+    },
+    "at least three": {
+        "few pairs": _trimmed(5, 0.25),
+    },
 }, mistakes={
     "worst_kept": ("The worst pairs are kept: trimming keeps the closest ones.",
         {"np.argsort(distances)": "np.argsort(-distances)"}),
@@ -200,7 +215,7 @@ def overlap(distances, overlap_ratio):
     return kept
 
 
-@question("Huber's weights", points=5, answer=Answer.VECTOR, chance=0.2, low=0.0, high=1.0,
+@question("Huber's weights", points=5, answer=Answer.VECTOR, low=0.0, high=1.0,
     chapter="chapter 3, “Which pairs to trust”",
     task=r"""
 A pair with a residual up to $\delta$ counts fully, one beyond it less and less:
@@ -209,11 +224,20 @@ $w_i = 1$ for $r_i \le \delta$, and $w_i = \delta / r_i$ for $r_i > \delta$.
     "five residuals, one of them zero": Exact((np.array([0.0, 0.125, 0.25, 0.5, 1.0]), 0.25)),
     "whole numbers": (np.array([1, 2, 4]), 2.0),
 }, hidden={
-    "residuals to both sides of δ": _weighed(10, 0.0, 0.8, 0.15),
-    "a δ above one metre": _weighed(10, 0.0, 6.0, 1.5),
-    "residuals below δ": _weighed(6, 0.01, 0.2, 0.25),
-    "residuals beyond δ": _weighed(6, 0.3, 3.0, 0.1),
-    "residuals given as whole numbers": lambda rng: (rng.permutation(12)[:7].astype(np.int64), 3.0),
+    "a narrow δ": {
+        "residuals to both sides of δ": _weighed(10, 0.0, 0.8, 0.15),
+    },
+    "a wide δ": {
+        "a δ above one metre": _weighed(10, 0.0, 6.0, 1.5),
+    },
+    "residuals to one side": {
+        "residuals below δ": _weighed(6, 0.01, 0.2, 0.25),
+        "residuals beyond δ": _weighed(6, 0.3, 3.0, 0.1),
+    },
+    "whole numbers": {
+        "residuals given as whole numbers":
+            lambda rng: (rng.permutation(12)[:7].astype(np.int64), 3.0),
+    },
 }, mistakes={
     "squared": ("The residuals are squared before they meet δ: both are distances in metres.",
         lambda r, delta: huber_weights(r**2, delta)),
@@ -245,7 +269,7 @@ def huber_weights(residuals, delta):
     return delta / np.maximum(residuals, delta)
 
 
-@question("The inlier RMSE", points=3, answer=Answer.NUMBER, unit="m", low=0.0, chance=0.25,
+@question("The inlier RMSE", points=3, answer=Answer.NUMBER, unit="m", low=0.0,
     chapter="the errata, “A cost that means something”",
     task=r"""
 Say how well the kept pairs agree: the root of their mean squared distance. Where no pair is kept
@@ -256,10 +280,16 @@ there is no such number; return `nan`, and not a 0 that looks like a perfect mat
     "four of five pairs": (
         np.array([0.1, 0.2, 0.25, 7.0, 0.6]), np.array([True, True, True, False, True])),
 }, hidden={
-    "most pairs kept": _kept(10, 0.7),
-    "few pairs kept": _kept(20, 0.2),
-    "all pairs kept": _kept(6, 1.0),
-    "no pair kept": _kept(7, 0.0),
+    "most pairs kept": {
+        "most pairs kept": _kept(10, 0.7),
+    },
+    "few pairs kept": {
+        "few pairs kept": _kept(20, 0.2),
+    },
+    "all and none": {
+        "all pairs kept": _kept(6, 1.0),
+        "no pair kept": _kept(7, 0.0),
+    },
 }, mistakes={
     "over_all": ("This is the RMSE over all pairs; asked for is that over the kept ones.",
         lambda d, kept: np.sqrt(np.mean(d**2))),
@@ -291,7 +321,7 @@ def inlier_rmse(distances, kept):
     return np.sqrt(np.mean(distances[kept] ** 2))
 
 
-@question("The fitness", points=2, answer=Answer.NUMBER, low=0.0, high=1.0, chance=0.34,
+@question("The fitness", points=2, answer=Answer.NUMBER, low=0.0, high=1.0,
     chapter="the errata, “A cost that means something”",
     task=r"""
 Say how much of the scan found a partner: the share of the source points whose pair is kept. An RMSE
@@ -299,9 +329,13 @@ alone says little, since it gets better the fewer pairs are left.
 """, oracle=lambda kept: np.count_nonzero(kept) / len(kept), visible={
     "three of four": (np.array([True, False, True, True]),),
 }, hidden={
-    "most pairs kept": _kept(11, 0.7, distances=False),
-    "few pairs kept": _kept(23, 0.2, distances=False),
-    "all pairs kept": _kept(6, 1.0, distances=False),
+    "most pairs kept": {
+        "most pairs kept": _kept(11, 0.7, distances=False),
+    },
+    "few and all": {
+        "few pairs kept": _kept(23, 0.2, distances=False),
+        "all pairs kept": _kept(6, 1.0, distances=False),
+    },
 }, mistakes={
     "rejected": ("This is the share of the pairs that are rejected.", lambda kept: 1 - kept.mean()),
 })

@@ -67,11 +67,11 @@ def _ending(
 ) -> Arguments:
     """A step of that many tolerances; ``step=0.5`` is half of ε_t. A heading fixes its way.
 
-    The tolerances are others in each case, and the change of cost goes with its own.
+    The tolerances are others in each case, and differ; the change of cost goes with its own.
     """
     way = rng.number(-3.0, 3.0) if heading is None else heading
     vary = rng.number(0.95, 1.05)
-    eps_t, eps_psi = rng.choice([0.25, 4.0], 2) * (EPS_T, EPS_PSI)
+    eps_t, eps_psi = rng.permutation([0.25, 4.0]) * (EPS_T, EPS_PSI)
     scale = rng.choice([0.25, 4.0])
     x, y = vary * step * eps_t * math.cos(way), vary * step * eps_t * math.sin(way)
     dT = labkit.transform(x, y, math.pi * half_turn + vary * turn * eps_psi)
@@ -122,7 +122,7 @@ WRONG_STAGES = {  # of a step, and so of the whole loop
     "gate_or_trimming": ("A pair stays that passes the gate or the trimming; it has to pass both.",
         {"& overlap": "| overlap"}, STAGES),
 }
-@question("The convergence test", points=5, answer=Answer.FLAG, chance=0.5,
+@question("The convergence test", points=5, answer=Answer.FLAG,
     chapter="chapter 4, “When to stop”",
     task=r"""
 Stop when any one of three things holds: the step is small in *both* translation
@@ -148,40 +148,50 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
     "a cost just below its tolerance": _ending(70.0, 60.0, cost=8e-7),
     "a small shift without a turn": _ending(0.5, 0.001),
 }, hidden={
-    "a step aslant, just below both tolerances": _ending(0.9, 0.8, heading=math.pi / 4),
-    "a step aslant, just below the tolerance": _ending(0.9, -0.5, heading=math.pi / 4),
-    "a step aslant, back, and most of the turn": _ending(0.8, -0.9, heading=-0.75 * math.pi),
-    "a small step to the left": _ending(0.7, 0.3, cost=-0.02, heading=math.pi / 2),
-    "a small step back in the second iteration":
-        _ending(0.6, -0.7, cost=0.02, iteration=2, heading=math.pi),
-    "a small step in the first iteration": _ending(0.5, 0.6, cost=-0.03, iteration=1, heading=-0.4),
-    "a cost that rose by next to nothing": _ending(80.0, 70.0, cost=2e-7),
-    "a cost that fell by next to nothing": _ending(80.0, -70.0, cost=-2e-7),
-    "a cost just below its tolerance": _ending(70.0, 60.0, cost=-8e-7),
-    "the last iteration of the budget": _ending(80.0, 70.0, iteration=20, k_max=20),
-    "the last iteration, a cost that rose": _ending(2.0, 70.0, cost=0.02, iteration=50),
-    "the last iteration of a short budget": _ending(50.0, -6.0, iteration=4, k_max=4),
-    "an iteration past the budget": _ending(80.0, -70.0, iteration=51),
-    "an iteration far past the budget": _ending(60.0, 50.0, iteration=90),
-    "an iteration past a short budget": _ending(7.0, 80.0, iteration=6, k_max=4),
-    "a shift to the left in the last but one iteration":
-        _ending(50.0, 0.1, cost=5e-4, iteration=49, heading=math.pi / 2),
-    "a shift to the right in the last but one iteration":
-        _ending(6.0, 0.2, iteration=49, heading=-math.pi / 2),
-    "a shift aslant": _ending(1.3, 0.2, heading=math.pi / 4),
-    "a shift aslant, back": _ending(1.25, -0.3, heading=-0.75 * math.pi),
-    "a shift aslant, to the right": _ending(1.2, 0.4, cost=0.02, heading=-math.pi / 4),
-    "a turn to the right without a shift": _ending(0.2, -60.0, cost=-5e-4),
-    "half a turn to the right in the last but one iteration":
-        _ending(0.2, 0.6, iteration=49, half_turn=True),
-    "a turn of a few tolerances": _ending(0.2, 8.0),
-    "a shift of a few tolerances": _ending(7.0, 0.1, heading=math.pi),
-    "a turn to the left in the first iteration": _ending(0.1, 40.0, cost=0.02, iteration=1),
-    "a step and a turn that are too long": _ending(3.0, -4.0, cost=-4e-6),
-    "half a turn on the spot, to the right": _ending(0.3, 0.4, half_turn=True),
-    "a shift exactly at its tolerance": _ending_at(1.0, 0.01),
-    "a cost exactly at its tolerance": _ending_at(80.0, EPS_COST),
-    "a cost that fell by exactly its tolerance": _ending_at(70.0, -EPS_COST),
+    "the translation": {
+        "a step aslant, just below both tolerances": _ending(0.9, 0.8, heading=math.pi / 4),
+        "a step aslant, just below the tolerance": _ending(0.9, -0.5, heading=math.pi / 4),
+        "a small step to the left": _ending(0.7, 0.3, cost=-0.02, heading=math.pi / 2),
+        "a small step in the first iteration":
+            _ending(0.5, 0.6, cost=-0.03, iteration=1, heading=-0.4),
+        "a shift to the left in the last but one iteration":
+            _ending(50.0, 0.1, cost=5e-4, iteration=49, heading=math.pi / 2),
+        "a shift to the right in the last but one iteration":
+            _ending(6.0, 0.2, iteration=49, heading=-math.pi / 2),
+        "a shift aslant": _ending(1.3, 0.2, heading=math.pi / 4),
+        "a shift aslant, back": _ending(1.25, -0.3, heading=-0.75 * math.pi),
+        "a shift aslant, to the right": _ending(1.2, 0.4, cost=0.02, heading=-math.pi / 4),
+        "a shift of a few tolerances": _ending(7.0, 0.1, heading=math.pi),
+        "a step and a turn that are too long": _ending(3.0, -4.0, cost=-4e-6),
+        "a shift exactly at its tolerance": _ending_at(1.0, 0.01),
+    },
+    "the rotation": {
+        "a step aslant, back, and most of the turn": _ending(0.8, -0.9, heading=-0.75 * math.pi),
+        "a small step back in the second iteration":
+            _ending(0.6, -0.7, cost=0.02, iteration=2, heading=math.pi),
+        "a turn to the right without a shift": _ending(0.2, -60.0, cost=-5e-4),
+        "half a turn to the right in the last but one iteration":
+            _ending(0.2, 0.6, iteration=49, half_turn=True),
+        "a turn of a few tolerances": _ending(0.2, 8.0),
+        "a turn to the left in the first iteration": _ending(0.1, 40.0, cost=0.02, iteration=1),
+        "half a turn on the spot, to the right": _ending(0.3, 0.4, half_turn=True),
+    },
+    "the cost": {
+        "a cost that rose by next to nothing": _ending(80.0, 70.0, cost=2e-7),
+        "a cost that fell by next to nothing": _ending(80.0, -70.0, cost=-2e-7),
+        "a cost just below its tolerance": _ending(70.0, 60.0, cost=-8e-7),
+        "a cost exactly at its tolerance": _ending_at(80.0, EPS_COST),
+        "a cost that fell by exactly its tolerance": _ending_at(70.0, -EPS_COST),
+    },
+    "the budget": {
+        "the last iteration of the budget": _ending(80.0, 70.0, iteration=20, k_max=20),
+        "the last iteration, a cost that rose": _ending(2.0, 70.0, cost=0.02, iteration=50),
+        "the last iteration of a short budget": _ending(50.0, -6.0, iteration=4, k_max=4),
+        "an iteration past the budget": _ending(80.0, -70.0, iteration=51),
+        "an iteration far past the budget": _ending(60.0, 50.0, iteration=90),
+        "an iteration past a short budget": _ending(7.0, 80.0, iteration=6, k_max=4),
+        "the last but one iteration": _ending(60.0, 70.0, iteration=29, k_max=30),
+    },
 }, mistakes={
     "any": ("One of the two pose tests is enough here; a scan that turns on the spot would "
         "stop the loop at once. Both must hold.",
@@ -252,14 +262,22 @@ left to you: the lesson does both.
     "a pair on the gate": Exact(about_the_gate([0.0], 0.5, 1.0, 10.0, apart=0.0625)),
     "a pair a little beyond a wide gate": about_the_gate([0.0005, 6.0], 2.0, 1.0, 10.0),
 }, hidden={
-    "the gate alone": scans(24, 0.6, 1.0, OFF),
-    "trimming alone": scans(24, OFF, 0.65, OFF),
-    "the weights alone": scans(24, OFF, 1.0, 0.1),
-    "all stages at work": scans(30, 0.45, 0.75, 0.1),
-    "a guess far from no motion": scans(24, 0.5, 0.8, 0.15, turn=FAR),
-    "a pair on the gate": Exact(about_the_gate([0.0], 0.5, 1.0, 10.0, apart=0.0625)),
-    "two pairs on a wide gate": Exact(about_the_gate([0.0, 0.0], 2.0, 1.0, 10.0)),
-    "a pair a little beyond a wide gate": about_the_gate([0.0005, 6.0], 2.0, 1.0, 10.0),
+    "the gate": {
+        "the gate alone": scans(24, 0.6, 1.0, OFF),
+        "a pair on the gate": Exact(about_the_gate([0.0], 0.5, 1.0, 10.0, apart=0.0625)),
+        "two pairs on a wide gate": Exact(about_the_gate([0.0, 0.0], 2.0, 1.0, 10.0)),
+        "a pair a little beyond a wide gate": about_the_gate([0.0005, 6.0], 2.0, 1.0, 10.0),
+    },
+    "the trimming": {
+        "trimming alone": scans(24, OFF, 0.65, OFF),
+    },
+    "the weights": {
+        "the weights alone": scans(24, OFF, 1.0, 0.1),
+    },
+    "all of it": {
+        "all stages at work": scans(30, 0.45, 0.75, 0.1),
+        "a guess far from no motion": scans(24, 0.5, 0.8, 0.15, turn=FAR),
+    },
 }, mistakes={
     "update_on_the_right": (ON_THE_RIGHT, {UPDATE: "return T @ dT"}),
     "increment_alone": ("This is the increment dT alone; the new transform is dT @ T.",
@@ -314,19 +332,27 @@ the transform after the last step.
     "a pair a little beyond a wide gate": LOOP_AT_THE_GATE,
     "a way straight to the left, without a turn": straight_to_the_left,
 }, hidden={
-    "the gate alone": whole_loop(28, 0.45, 1.0, OFF),
-    "trimming alone": whole_loop(24, OFF, 0.7, OFF),
-    "the weights alone, and few steps": scans(24, OFF, 1.0, 0.1, 4, turn=FAR, error=0.15),
-    "all stages at work": whole_loop(30, 0.5, 0.8, 0.1),
-    "a budget that ends the loop": scans(24, 1.5, 0.8, 0.1, 3, error=0.15),
-    "five pairs, and one a little beyond a narrow gate":
-        about_the_gate([0.02], 0.5, 1.0, 0.02, LOOP_BUDGET, apart=0.02),
-    "a way straight ahead, without a turn": straight_ahead,
-    "a way straight to the left, without a turn": straight_to_the_left,
-    "a longer way straight to the left": straight_to_the_left,
-    "a turn on the spot, without a shift": on_the_spot,
-    "another turn on the spot": on_the_spot,
-    "a pair a little beyond a wide gate": LOOP_AT_THE_GATE,
+    "the stages": {
+        "the gate alone": whole_loop(28, 0.45, 1.0, OFF),
+        "trimming alone": whole_loop(24, OFF, 0.7, OFF),
+        "all stages at work": whole_loop(30, 0.5, 0.8, 0.1),
+        "five pairs, and one a little beyond a narrow gate":
+            about_the_gate([0.02], 0.5, 1.0, 0.02, LOOP_BUDGET, apart=0.02),
+        "a pair a little beyond a wide gate": LOOP_AT_THE_GATE,
+    },
+    "the budget": {
+        "the weights alone, and few steps": scans(24, OFF, 1.0, 0.1, 4, turn=FAR, error=0.15),
+        "a budget that ends the loop": scans(24, 1.5, 0.8, 0.1, 3, error=0.15),
+    },
+    "the test of the translation": {
+        "a way straight ahead, without a turn": straight_ahead,
+        "a way straight to the left, without a turn": straight_to_the_left,
+        "a longer way straight to the left": straight_to_the_left,
+    },
+    "the test of the rotation": {
+        "a turn on the spot, without a shift": on_the_spot,
+        "another turn on the spot": on_the_spot,
+    },
 }, mistakes={
     "update_on_the_right": (ON_THE_RIGHT, {UPDATE: "return T @ dT"}, "chapter 4, “Ten lines”"),
     "last_increment": ("This is the last increment alone; the steps have to be chained.",

@@ -130,7 +130,7 @@ def integrate(increments, start):
     return np.array(poses)
 
 
-@question("The sanity check", points=5, answer=Answer.FLAG, chance=0.65,
+@question("The sanity check", points=5, answer=Answer.FLAG,
     chapter="chapter 5, “Is this step to be believed?”",
     task=r"""
 Say whether a step can be believed: it goes no farther and turns no wider than the robot can, enough
@@ -154,20 +154,28 @@ single pair has the RMSE `nan`; nobody should believe it.
     "a turn too far to the left": _step(turn=1.1),
     "an ordinary turn to the right": _step(turn=-0.4),
 }, hidden={
-    "an ordinary step back": _step(length=-0.3),
-    "an ordinary turn to the right": _step(turn=-0.5),
-    "an ordinary turn on the spot": _step(length=0.0, turn=0.6),
-    "a poor but sufficient match": _step(ratio=0.45, rmse=0.11),
-    "a step on all limits": ON_ALL_LIMITS,
-    "an ordinary step aslant": _step(length=0.42, heading=DIAGONAL),
-    "a step aslant, too far": _step(length=0.6, heading=DIAGONAL),
-    "a step back, too far": _step(length=-0.9),
-    "a turn too far to the right": _step(turn=-1.2),
-    "a turn too far to the left": _step(turn=1.2),
-    "an ordinary turn to the left": _step(turn=0.5),
-    "too few inliers": _step(ratio=0.2),
-    "a large residual": _step(rmse=0.3),
-    "a residual that is no number": _step(rmse=math.nan),
+    "the length of the step": {
+        "an ordinary step back": _step(length=-0.3),
+        "an ordinary step aslant": _step(length=0.42, heading=DIAGONAL),
+        "a step aslant, too far": _step(length=0.6, heading=DIAGONAL),
+        "a step back, too far": _step(length=-0.9),
+    },
+    "the turn": {
+        "an ordinary turn to the right": _step(turn=-0.5),
+        "an ordinary turn on the spot": _step(length=0.0, turn=0.6),
+        "a turn too far to the right": _step(turn=-1.2),
+        "a turn too far to the left": _step(turn=1.2),
+        "an ordinary turn to the left": _step(turn=0.5),
+    },
+    "the inliers": {
+        "too few inliers": _step(ratio=0.2),
+        "a poor but sufficient match": _step(ratio=0.45, rmse=0.11),
+    },
+    "the residual": {
+        "a step on all limits": ON_ALL_LIMITS,
+        "a large residual": _step(rmse=0.3),
+        "a residual that is no number": _step(rmse=math.nan),
+    },
 }, mistakes={
     "residual_alone": ("Only the RMSE is looked at: all four limits have to be kept.",
         {f"{MOTION}\n        and {QUALITY}": "rmse <= max_rmse"}),

@@ -155,7 +155,7 @@ def invert(T_a_b):
     return T_b_a
 
 
-@question("Wrapping an angle", points=2, answer=Answer.NUMBER, chance=0.34, unit="rad",
+@question("Wrapping an angle", points=2, answer=Answer.NUMBER, unit="rad",
     chapter="chapter 1, “Rotation”",
     task=r"""
 An angle is known only up to full turns. Return the one in $(-\pi, \pi]$ that means the same turn.
@@ -167,12 +167,19 @@ An angle is known only up to full turns. Return the one in $(-\pi, \pi]$ that me
     "two turns and some": (14.0,),
     "half a turn": Exact((math.pi,)),
 }, hidden={
-    "an angle that needs no wrapping": _angle(-2.8, -0.4),
-    "more than half a turn to the left": _angle(3.4, 5.9),
-    "two turns and some": _angle(13.0, 15.0),
-    "two turns to the right and some": _angle(-15.0, -13.0),
-    "an angle given as a whole number": _whole(4, 8, 9),
-    "half a turn": Exact((math.pi,)),
+    "one turn": {
+        "an angle that needs no wrapping": _angle(-2.8, -0.4),
+        "more than half a turn to the left": _angle(3.4, 5.9),
+    },
+    "several turns": {
+        "two turns and some": _angle(13.0, 15.0),
+        "two turns to the right and some": _angle(-15.0, -13.0),
+        "an angle given as a whole number": _whole(4, 8, 9),
+    },
+    "the ends of the range": {
+        "half a turn": Exact((math.pi,)),
+        "more than half a turn to the right": _angle(-5.9, -3.4),
+    },
 }, mistakes={
     "to_a_full_turn": ("The angle is wrapped to [0, 2π); the lab's convention is (−π, π].",
         lambda angle: angle % (2 * np.pi)),

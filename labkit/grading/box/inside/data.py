@@ -55,7 +55,7 @@ def to_json(value: Any) -> Any:
         entries = value.size if isinstance(value, np.ndarray) else is_sized and len(value)
         bytes_left -= NODE_BYTES + 8 * entries
         if bytes_left < 0 or depth > MAX_NESTING:
-            raise NoAnswerError("returned more data than an answer to this question can need")
+            raise NoAnswerError("returned more data than an answer to this question can need.")
         if isinstance(value, Sequence) and not isinstance(value, str | bytes):
             return {"tuple": [encode(entry, depth + 1) for entry in value]}
         if isinstance(value, dict):
@@ -89,7 +89,7 @@ def _single(value: Any) -> Any:
     else:
         name = type(value).__name__[:60]
         description = f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"
-    raise NoAnswerError(f"returned {description}; return numbers, arrays or tuples")
+    raise NoAnswerError(f"returned {description}; return numbers, arrays or tuples.")
 
 
 def _array(value: Any) -> dict[str, Any]:
@@ -98,7 +98,7 @@ def _array(value: Any) -> dict[str, Any]:
         with contextlib.suppress(TypeError, ValueError):
             array = array.astype(np.float64)
     if array.dtype.kind == "c":
-        raise NoAnswerError("returned complex numbers; return real ones (`.real`?)")
+        raise NoAnswerError("returned complex numbers; return real ones (`.real`?).")
     if array.dtype.kind not in DTYPES:
         description = f"an array of dtype {array.dtype}, which holds no numbers"
         raise NoAnswerError(f"returned {description}; are its rows of different length?")
@@ -134,12 +134,19 @@ def from_json(tree: Any, depth: int = 0) -> Any:  # noqa: PLR0911 (one for each 
     raise ValueError("it is no data, or nested too deeply")
 
 
+def unwritten(error: BaseException) -> str:
+    """The name of the stub that raised an error; "" where no stub did."""
+    if type(error) is not NotImplementedError or error.args:
+        return ""
+    *_, (stub, _) = traceback.walk_tb(error.__traceback__)
+    return str(stub.f_code.co_name)
+
+
 def describe_error(error: BaseException) -> str:
     """The error's name and text; it may raise another one instead of its text."""
+    if name := unwritten(error):
+        return f"`{name}` is not written yet"
     message = type(error).__name__
-    if message == "NotImplementedError" and not error.args:
-        *_, (stub, _) = traceback.walk_tb(error.__traceback__)
-        return f"`{stub.f_code.co_name}` is not written yet"
     with contextlib.suppress(BaseException):
         message += f": {error}"
     return message[:MAX_MESSAGE]

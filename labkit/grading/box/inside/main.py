@@ -274,8 +274,12 @@ class Session:
             return {"status": "no answer", "message": str(error)}
         except BaseException as error:
             status = "not written" if isinstance(error, NotImplementedError) else "raised"
-            name = type(error).__name__[:60]
-            return {"status": status, "error": name, "message": self.describe_error(error)}
+            return {
+                "status": status,
+                "error": type(error).__name__[:60],
+                "message": self.describe_error(error),
+                "unwritten": data.unwritten(error)[:60],
+            }
 
     def describe_error(self, error: BaseException) -> str:
         """The error in a line, with the place in the student's code."""
