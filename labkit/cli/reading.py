@@ -16,6 +16,13 @@ from typing import Any
 from labkit.logs import Log, LogOptions, read_log
 from labkit.support.progress import show_progress
 
+
+def _beams(text: str) -> range:
+    """Numbers of beams, as ``7`` or ``0-29``."""
+    first, _, last = text.partition("-")
+    return range(int(first), int(last or first) + 1)
+
+
 ARGUMENTS: dict[str, dict[str, Any]] = {  # of the options of `LogOptions`
     "odometry": {"metavar": "FILE"},
     "scans": {"type": int, "metavar": "N"},
@@ -24,11 +31,15 @@ ARGUMENTS: dict[str, dict[str, Any]] = {  # of the options of `LogOptions`
     "angles": {"nargs": 2, "type": float, "metavar": ("FIRST", "LAST")},
     "range_min": {"type": float, "metavar": "X"},
     "range_max": {"type": float, "metavar": "X"},
+    "range_unit": {"metavar": "UNIT"},
+    "angle_unit": {"metavar": "UNIT"},
+    "blind_beams": {"nargs": "+", "type": _beams, "metavar": "BEAMS"},
     "mirrored": {"action": argparse.BooleanOptionalAction},
     "time_increment": {"type": float, "metavar": "X"},
     "no_return": {"nargs": "*", "type": float, "metavar": "X"},
     "topic": {},
     "odometry_topic": {"metavar": "TOPIC"},
+    "frame": {},
     "strict": {"action": "store_true"},
 }
 STANDARD_INPUT = "standard input"  # in messages
@@ -53,7 +64,10 @@ def add_log_options(parser: argparse.ArgumentParser) -> None:
 
 def read(args: argparse.Namespace) -> Log:
     """Read the log; damage and oddities go to stderr."""
-    options = LogOptions(**{name: getattr(args, name) for name in ARGUMENTS})
+    given = {name: getattr(args, name) for name in ARGUMENTS}
+    if args.blind_beams is not None:
+        given["blind_beams"] = [number for beams in args.blind_beams for number in beams]
+    options = LogOptions(**given)
     with _copy_standard_input(args.log) as file:
         if args.log == "-":
             options = replace(options, name=STANDARD_INPUT)

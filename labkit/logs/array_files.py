@@ -81,12 +81,12 @@ def _take_apart(
             f"`{name}` has shape {ranges.shape}, expected ranges, one scan of at least "
             f"{FEWEST_BEAMS} beams a row; points go through `Scan.from_points`"
         )
-    ranges = ranges * named[name].scale
+    ranges = ranges * scanner.metres(named[name].scale)
     count = ranges.shape[1]
     if "angle" in by_meaning and scanner.angles is None:
         name = by_meaning["angle"]
         angles = as_finite(as_floats(arrays[name], name, "one per beam", (count,)), name)
-        angles = angles * named[name].scale * (-1.0 if scanner.mirrored else 1.0)
+        angles = angles * scanner.radians(named[name].scale) * (-1.0 if scanner.mirrored else 1.0)
         check_angles(angles, name)
     elif scanner.angles is not None:
         angles = scanner.beams(count, 0.0, 0.0, source.report)
@@ -108,6 +108,6 @@ READER = Reader(
     name="ranges",
     files="arrays of numpy, one scan a row",
     recognises=_is_array_file,
-    uses=("angles", "no_return", "time_increment"),
+    uses=("angles", "no_return", "time_increment", "angle_unit", "blind_beams"),
     read=read,
 )

@@ -37,7 +37,7 @@ from labkit.support.arrays import FloatArray
 from labkit.support.errors import LabkitError, LogError
 
 WORDS = frozenset({"FLASER", "ROBOTLASER1", "ODOM", "PARAM", "NEFF", "TRUEPOS", "RAWLASER1"})
-USES = ("angles", "no_return", "laser_offset", "time_increment")
+USES = ("angles", "no_return", "laser_offset", "time_increment", "blind_beams")
 FLASER_MAXIMUM = 81.8  # [m]
 MAX_MOUNT_DIFFERENCE = 0.1  # [m, rad]: largest difference of two lines that tell one mounting
 PRINTED_PRECISION = 1e-4  # [m, rad]: difference of two poses by their printed decimals alone

@@ -27,6 +27,7 @@ UNITS = METRES | RADIANS | SECONDS
 ANGLE = ("angle", "angles", "theta", "bearing", "azimuth", "alpha", "phi")
 RANGE = ("range", "ranges", "distance", "distances", "dist", "r", "rho", "l")
 CLOCK = ("stamp", "timestamp", "time", "rosbagtimestamp")  # the first is the scanner's own
+CLOCKS = (*CLOCK, "stamps", "timestamps", "times", "time_stamp", "time_stamps")
 NUMBERS_OF_SCANS = [
     f"{name}{ending}"
     for name in ("scan", "sweep", "frame")
@@ -38,9 +39,15 @@ MEANINGS = {  # by the name: what a column holds, and the units that it may have
     "y": ("y", METRES),
     **dict.fromkeys(ANGLE, ("angle", RADIANS)),
     **dict.fromkeys(RANGE, ("range", METRES)),
-    **dict.fromkeys(CLOCK, ("clock", SECONDS)),
+    **dict.fromkeys(CLOCKS, ("clock", SECONDS)),
     **dict.fromkeys(SCAN, ("scan", {})),
 }
+GEOMETRY = ("angle_min", "angle_max", "angle_increment")  # fields of ROS's LaserScan
+DECLARED = (*GEOMETRY, "time_increment", "range_min", "range_max")
+IN_ONE_WORD = {name.replace("_", ""): name for name in DECLARED}  # `AngleMin`, as MATLAB writes
+HARMLESS = frozenset(  # change no answer
+    {"", "seq", "topic", "scan_time", "intensities", "intensity", "quality", "remission", "id"}
+)
 XY, POLAR = ("x", "y"), ("angle", "range")
 PATH = frozenset({"field", "header", "msg", "message", "data", ""})  # in front of a name
 UNIT_IN_BRACKETS = re.compile(r"(.+?)[\s_]*[\[(]\s*([a-zµ°]+)\s*[\])]")
@@ -68,6 +75,11 @@ class Column(NamedTuple):
         """x, y, angle, range, clock, scan, or nothing that is known."""
         meaning, units = MEANINGS.get(self.name, ("", {}))
         return meaning if self.unit in {"", *units} else ""
+
+    @property
+    def harmless(self) -> str:
+        """A word for a column that changes no answer; nothing for one that might."""
+        return "left aside" if self.name in HARMLESS else ""
 
     @property
     def scale(self) -> float:

@@ -19,8 +19,8 @@ from labkit.logs.clocks import UNITS, unit_of
 from labkit.logs.lines import DamageReport
 from labkit.logs.reader import Reading, Sweep
 from labkit.logs.stored import Band, StoredScan, StoredScans, within
-from labkit.scan import LONGEST_RANGE, Scan
-from labkit.support.arrays import FloatArray, as_floats
+from labkit.scan import LONGEST_RANGE, Scan, is_return
+from labkit.support.arrays import FloatArray, IntArray, as_floats
 from labkit.support.errors import InvalidParameterError
 
 CODE_ROUNDING = 0.005  # [m]: the third decimal of a code may be lost
@@ -37,6 +37,14 @@ MIN_CODE_SHARE = 0.01  # of all ranges that end in one number, as a code would
 MIN_CODE_COUNT = 100  # and at least so many of them
 CODE_SCATTER = 0.015  # of the longest range, by which a code may scatter below it
 MIN_SCATTERED_SHARE = 0.2  # of all ranges that lie so near to the longest
+SHORTEST_RANGE = 0.02  # [m]: no scanner measures less
+MIN_SAMPLE = 10  # scans: fewer tell nothing of a beam
+SAMPLED_SCANS = 200  # of a log tell which beams never change
+OWN_REACH = 1.0  # [m]: the robot's own body lies nearer
+OWN_SCATTER = 0.02  # [m] of a beam that sees it, about its median
+OWN_SHARE = 0.9  # of the scans in which such a beam reads the same
+MIN_CHANGE = 0.1  # [m]: in a tenth of the other beams' readings, where the robot moves
+MIN_OWN_BEAMS = 0.02  # of all beams: fewer hold no match still
 MAX_SWEEP_STEPS = 1.5  # steps of the clock: a scanner begins no sweep before it ends the last
 BATCH_SIZE = 512  # scans whose ranges are looked at together
 MAX_USUAL_RANGE = 100.0  # [m]: hardly a range in metres is longer, and none in millimetres shorter
@@ -50,6 +58,7 @@ def make_scans(reading: Reading, report: DamageReport, no_return: ArrayLike | No
     sweeps = reading.sweeps
     codes = _find_codes(sweeps, report) if no_return is None else _as_codes(no_return)
     _suspect_millimetres(sweeps, report)
+    _suspect_own_body(sweeps, report)
     stamps = _settle_clock(reading, report)
     is_slow = _sweeps_outlast_steps(sweeps, stamps, report)
     scans = list[StoredScan | Scan]()
@@ -87,9 +96,48 @@ def _suspect_millimetres(sweeps: Sequence[Sweep], report: DamageReport) -> None:
         short += int(np.count_nonzero(positive <= MAX_USUAL_RANGE))
     if returned and short < 0.1 * returned:
         report.remarks.append(
-            f"nearly all ranges exceed {MAX_USUAL_RANGE:g} m: are they millimetres? labkit reads "
-            f"metres, unless a title says `ranges_mm` or `r0_mm`"
+            f"nearly all ranges exceed {MAX_USUAL_RANGE:g} m: are they millimetres? "
+            f'`range_unit="mm"` (`--range-unit mm`) says so'
         )
+
+
+def _suspect_own_body(sweeps: Sequence[Sweep], report: DamageReport) -> None:
+    """Remark on near beams that never change while others do."""
+    scans = _scans_of_ranges(sweeps)
+    sample = scans[:: max(1, len(scans) // SAMPLED_SCANS)]
+    count = len(sample[0].ranges) if sample else 0
+    if len(sample) < MIN_SAMPLE or any(len(scan.ranges) != count for scan in sample):
+        return
+    ranges = np.array(
+        [np.where(is_return(scan.ranges, *scan.band), scan.ranges, np.nan) for scan in sample]
+    )
+    blank = np.isnan(ranges).all(axis=0)
+    ranges[:, blank] = math.inf  # no beam of the body, and none that changes
+    usual = np.nanmedian(ranges, axis=0)
+    with np.errstate(invalid="ignore"):
+        change = np.abs(ranges - usual)
+    is_same = np.count_nonzero(change <= OWN_SCATTER, axis=0) >= OWN_SHARE * len(sample)
+    is_own = is_same & (usual < OWN_REACH)
+    others = change[:, ~is_own & ~blank]
+    others = others[np.isfinite(others)]
+    is_moving = others.size > 0 and np.quantile(others, 0.9) > MIN_CHANGE
+    if not (is_moving and np.mean(is_own) > MIN_OWN_BEAMS):
+        return
+    beams = np.flatnonzero(is_own)
+    low, high = usual[is_own].min(), usual[is_own].max()
+    report.remarks.append(
+        f"{len(beams)} of {count} beams read the same {low:.3g} to {high:.3g} m in nearly all "
+        f"scans, while others change: do they see the robot itself, or a code? `blind_beams` "
+        f"(`--blind-beams {' '.join(_stretches(beams))}`) or `range_min` (`--range-min "
+        f"{high + 2.0 * OWN_SCATTER:.2g}`) leaves them out"
+    )
+
+
+def _stretches(numbers: IntArray) -> list[str]:
+    """Whole numbers in stretches, as 0-29."""
+    ends = np.flatnonzero(np.diff(numbers) > 1) + 1
+    parts = np.split(numbers, ends)
+    return [f"{part[0]}-{part[-1]}" if len(part) > 1 else f"{part[0]}" for part in parts]
 
 
 def _settle_clock(reading: Reading, report: DamageReport) -> FloatArray:
@@ -137,15 +185,26 @@ def _find_codes(sweeps: Sequence[Sweep], report: DamageReport) -> tuple[Band, ..
     """The known code with which the ranges of a log end; a remark on it, or on an unknown one."""
     top = max((ranges.max(initial=0.0) for ranges in _batches(sweeps, measured=True)), default=0.0)
     codes = tuple(band for band in KNOWN_CODES if band[0] <= top <= band[1])
-    size = coded = at_top = near_top = 0
+    size = coded = at_top = near_top = at_bottom = 0
     lowest = top
+    shortest = min(
+        (ranges.min(initial=top) for ranges in _batches(sweeps, measured=True)), default=top
+    )
+    bottom = max(shortest + CODE_PRECISION, SHORTEST_RANGE)
     for ranges in _batches(sweeps, measured=True):
         size += ranges.size
         known = ranges[within(ranges, codes)]
         coded += known.size
         lowest = min(lowest, known.min(initial=top))
+        at_bottom += int(np.count_nonzero(ranges < bottom))
         at_top += int(np.count_nonzero(ranges > top - CODE_PRECISION))
         near_top += int(np.count_nonzero(ranges > (1.0 - CODE_SCATTER) * top))
+    if top > bottom and at_bottom > max(MIN_CODE_COUNT, MIN_CODE_SHARE * size):
+        report.remarks.append(
+            f"{at_bottom} of {size} ranges read {shortest:.3g} to {bottom:.3g} m, the shortest of "
+            f"all; if that means no return, begin the ranges above by `range_min` (`--range-min "
+            f"{bottom + CODE_PRECISION:.3g}`)"
+        )
     if codes:
         ends = dict.fromkeys((lowest, top))  # one, if equal
         report.remarks.append(

@@ -15,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from typing import cast
 
 from labkit.logs.log import SkippedLine
+from labkit.se2 import wrap
 from labkit.support.arrays import MAX_DISTANCE, check_kind
 from labkit.support.errors import LabkitError, LogError
 
@@ -22,7 +23,8 @@ MAX_BYTES = 512 << 20  # of a file, unpacked: a small packed one must not fill t
 ZSTD = b"\x28\xb5\x2f\xfd"
 TAR, TAR_PLACE, TAR_BLOCK = b"ustar", 257, 512  # its mark, where it stands, and in how many bytes
 MAX_SILENT_DAMAGE = 0.1  # share of damaged lines; a larger one is remarked on
-QUATERNION_TOLERANCE = 1e-3  # its length differs from 1 by its printed digits, no more
+QUATERNION_TOLERANCE = 0.01  # its length differs from 1 by its printed digits: two decimals
+MAX_LEAN_SINE = 0.25  # sine of half the angle by which a robot on the floor may lean, 29 degrees
 MAX_REASON = 180  # characters: with the file's name it stays a message that a terminal shows
 
 
@@ -187,6 +189,18 @@ def parse_pose(fields: Sequence[str], what: str) -> tuple[float, float, float]:
     x, y, theta = map(parse_finite, fields, names)
     expect_near(x, y, what)
     return x, y, theta
+
+
+def planar_heading(qx: float, qy: float, qz: float, qw: float) -> float:
+    """θ in (−π, π] of a unit quaternion that hardly leans; `DamagedLine` if it is none."""
+    norm = math.hypot(qx, qy, qz, qw)
+    if not abs(norm - 1.0) <= QUATERNION_TOLERANCE:
+        raise DamagedLine(f"the quaternion has length {norm:.4g}, expected 1 (order qx qy qz qw)")
+    if math.hypot(qx, qy) > MAX_LEAN_SINE:
+        raise DamagedLine(f"a rotation out of the plane, qx = {qx:g} and qy = {qy:g}, expected 0")
+    sine = 2.0 * (qw * qz + qx * qy)
+    cosine = qw * qw + qx * qx - qy * qy - qz * qz
+    return float(wrap(math.atan2(sine, cosine)))
 
 
 def parse_count(fields: Sequence[str], index: int, what: str, at_least: int) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,14 @@ class SkippedLine:
     def __str__(self) -> str:
         """``FILE:LINE: reason``, the form in which editors jump to the place."""
         return f"{self.file}:{self.line}: {self.reason}"
+
+
+class Content(NamedTuple):
+    """A part of a file: a topic, a column, an array, or lines of one first word."""
+
+    name: str
+    kind: str  # type and number
+    use: str  # what it is read as; nothing, if it is left out
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,6 +54,8 @@ class Log:
         The damaged lines that were left out.
     remarks : tuple of str
         Warnings that drop no line: codes for "no return", clocks, gaps, millimetres.
+    contents : tuple of Content
+        The parts of the file, and what they are read as.
     """
 
     scans: Sequence[Scan]
@@ -54,6 +65,7 @@ class Log:
     format: str
     skipped: tuple[SkippedLine, ...] = ()
     remarks: tuple[str, ...] = ()
+    contents: tuple[Content, ...] = ()
 
     def __len__(self) -> int:
         return len(self.scans)

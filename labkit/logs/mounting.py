@@ -1,9 +1,10 @@
-"""The scanner's place on the robot, by the fixed transforms of a bag (``/tf_static``)."""
+"""The scanner's place on the robot and the robot's motion, by the transforms of a bag."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,13 +14,53 @@ from labkit.support.arrays import FloatArray
 
 MAX_LEAN = math.radians(30.0)  # of a scanner whose scans are taken as level
 MIN_OFFSET = 1e-4  # [m, rad]: a place that differs less from the robot's own is none
+SAME_TRANSFORM = 1e-6  # [m, -]: entries of two transforms that differ by less are one
 
 
 class Transform(NamedTuple):
-    """Pose of a frame in its parent's."""
+    """Pose of a frame in its parent's at a time."""
+
+    stamp: float  # [s]
+    parent: str
+    child: str
+    T_parent_child: FloatArray  # (4, 4)
+
+    @property
+    def heading(self) -> float:
+        """Direction of the child's x axis in the parent's plane [rad]."""
+        return math.atan2(self.T_parent_child[1, 0], self.T_parent_child[0, 0])
+
+
+class Motion(NamedTuple):
+    """How a frame moves in its parent's."""
 
     parent: str
-    T_parent_child: FloatArray  # (4, 4)
+    child: str
+    track: FloatArray  # (M, 4): t [s], x [m], y [m], θ [rad]
+
+
+@dataclass
+class Transforms:
+    """The transforms of a bag: of each frame the first one, and its track if it moves."""
+
+    first: dict[str, Transform] = field(default_factory=dict)
+    tracks: dict[str, list[tuple[float, float, float, float]]] = field(default_factory=dict)
+    moving: set[str] = field(default_factory=set)
+
+    def add(self, transform: Transform) -> None:
+        """Take the next transform of its frame."""
+        child = transform.child
+        first = self.first.setdefault(child, transform)
+        difference = np.abs(transform.T_parent_child - first.T_parent_child).max()
+        if difference > SAME_TRANSFORM or transform.parent != first.parent:
+            self.moving.add(child)
+        x, y = transform.T_parent_child[:2, 3].tolist()
+        self.tracks.setdefault(child, []).append((transform.stamp, x, y, transform.heading))
+
+    @property
+    def fixed(self) -> dict[str, Transform]:
+        """Transforms of the frames that never move."""
+        return {name: self.first[name] for name in self.first.keys() - self.moving}
 
 
 class Mounting(NamedTuple):
@@ -37,8 +78,8 @@ class Mounting(NamedTuple):
         return is_turned or bool(np.abs(self.offset).max() > MIN_OFFSET)
 
 
-def read_transforms(message: Any) -> Iterable[tuple[str, Transform]]:
-    """Frames and transforms of a ``TFMessage``; `DamagedLine` names one that is none."""
+def read_transforms(message: Any) -> Iterable[Transform]:
+    """Transforms of a ``TFMessage``; `DamagedLine` names one that is none."""
     for stamped in message.transforms:
         child = stamped.child_frame_id.strip("/")
         place = stamped.transform.translation
@@ -48,7 +89,9 @@ def read_transforms(message: Any) -> Iterable[tuple[str, Transform]]:
         T[:3, 3] = place.x, place.y, place.z
         if not np.isfinite(T).all():
             raise DamagedLine(f"the place of the frame {child!r} is not finite")
-        yield child, Transform(stamped.header.frame_id.strip("/"), T)
+        header = stamped.header
+        stamp = header.stamp.sec + 1e-9 * header.stamp.nanosec
+        yield Transform(stamp, header.frame_id.strip("/"), child, T)
 
 
 def _rotation(quaternion: FloatArray, frame: str) -> FloatArray:
@@ -61,15 +104,15 @@ def _rotation(quaternion: FloatArray, frame: str) -> FloatArray:
     return np.asarray(Rotation.from_quat(quaternion).as_matrix())
 
 
-def find_mounting(laser: str, robot: str, transforms: Mapping[str, Transform]) -> Mounting | None:
+def find_mounting(laser: str, robot: str, fixed: Mapping[str, Transform]) -> Mounting | None:
     """The place of the frame `laser` on `robot`, or on the last frame that is fixed to it."""
     frame = laser.strip("/")
     T_frame_laser = np.eye(4)
     passed = set[str]()
-    while frame != robot.strip("/") and frame in transforms and frame not in passed:
+    while frame != robot.strip("/") and frame in fixed and frame not in passed:
         passed.add(frame)
-        frame, T_parent_child = transforms[frame]
-        T_frame_laser = T_parent_child @ T_frame_laser
+        T_frame_laser = fixed[frame].T_parent_child @ T_frame_laser
+        frame = fixed[frame].parent
     if not passed:
         return None
     x, y = T_frame_laser[:2, 3]
@@ -77,3 +120,25 @@ def find_mounting(laser: str, robot: str, transforms: Mapping[str, Transform]) -
     heading = math.atan2(T_frame_laser[1, 0], T_frame_laser[0, 0])  # of the first beam's axis
     offset = np.array([x, y, heading])
     return Mounting(frame, offset, math.acos(abs(upward)), upward < 0.0)
+
+
+def find_motion(laser: str, transforms: Transforms) -> Motion | None:
+    """The motion of the scanner's robot in a frame of odometry, by the chain above the scanner.
+
+    Of several frames that move one on another, as below a map, that on ``odom`` counts.
+    """
+    frame = laser.strip("/")
+    links = list[Transform]()
+    passed = set[str]()
+    while frame in transforms.first and frame not in passed:
+        passed.add(frame)
+        link = transforms.first[frame]
+        if frame in transforms.moving:
+            links.append(link)
+        frame = link.parent
+    on_odometry = [link for link in links if "odom" in link.parent]
+    chosen = on_odometry or (links if len(links) == 1 else [])
+    if not chosen:
+        return None
+    child = chosen[0].child
+    return Motion(chosen[0].parent, child, np.array(transforms.tracks[child]))

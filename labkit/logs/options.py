@@ -40,6 +40,11 @@ class LogOptions:
         A table of ranges needs them, unless its columns tell them.
     range_min, range_max : float, optional
         The band in which a range makes a point [m].
+    range_unit, angle_unit : str, optional
+        Units of the file's ranges (or points) and angles: ``"mm"``, ``"cm"``, ``"m"``; ``"deg"``,
+        ``"rad"``. A declared band counts in that unit, too, unless most ranges would lie outside.
+    blind_beams : array_like of int, optional
+        Numbers of beams, counted from 0, that see the robot itself and make no point.
     mirrored : bool, optional
         The scanner hangs upside down, or counts its angles clockwise: they change their sign. By
         default as the transforms of a bag say, else false.
@@ -57,6 +62,9 @@ class LogOptions:
         [s], shape (M,), with poses, shape (M, 3). They are joined by the stamps of the scans.
     topic, odometry_topic : str, optional
         In a bag: the topic of the scans and of the odometry, where there are several.
+    frame : str, optional
+        The scanner's frame, where scans of several scanners stand on one topic; by default that
+        of the first scan.
     strict : bool
         Raise at the first damaged line instead of skipping it into `Log.skipped`.
     name : str, optional
@@ -76,6 +84,15 @@ class LogOptions:
     range_max: float | None = field(
         default=None,
         metadata={"help": "ranges make points below this, likewise; inf for all [m]"},
+    )
+    range_unit: str | None = field(
+        default=None, metadata={"help": "of the file's ranges: m, cm or mm"}
+    )
+    angle_unit: str | None = field(
+        default=None, metadata={"help": "of the file's angles: rad or deg"}
+    )
+    blind_beams: ArrayLike | None = field(
+        default=None, metadata={"help": "beams that see the robot, from 0 on, as 0-29 180"}
     )
     mirrored: bool | None = field(
         default=None,
@@ -102,11 +119,14 @@ class LogOptions:
         metadata={"help": "of the scans, in a bag with several"},
     )
     odometry_topic: str | None = field(default=None, metadata={"help": "of the odometry, likewise"})
+    frame: str | None = field(
+        default=None, metadata={"help": "of the scanner, where one topic holds several"}
+    )
     name: str | None = None
     strict: bool = field(default=False, metadata={"help": "refuse a log with damaged lines"})
 
     def __post_init__(self) -> None:
-        for name in ("topic", "odometry_topic", "name"):
+        for name in ("topic", "odometry_topic", "frame", "name"):
             check_kind(getattr(self, name), name, str, type(None))
         check_kind(self.strict, "strict", bool)
         check_angles(self.offset[2:], "laser_offset")
@@ -136,10 +156,21 @@ class LogOptions:
             first, last = as_numbers(self.angles, "angles", "first, last [rad]")
             check_angles(np.array([first, last]), "angles")
             directions = float(first), float(last)
+        blind = None
+        if self.blind_beams is not None:
+            blind = np.asarray(self.blind_beams).ravel()
+            if blind.dtype.kind not in "iu" or (blind < 0).any():
+                raise InvalidParameterError(
+                    f"must be whole numbers of beams, from 0 on, got {self.blind_beams!r:.80}",
+                    parameter="blind_beams",
+                )
         return Scanner(
             angles=directions,
             range_min=self.range_min,
             range_max=self.range_max,
+            range_unit=self.range_unit,
+            angle_unit=self.angle_unit,
+            blind_beams=blind,
             time_increment=self.time_increment,
             mirrored=self.mirrored,
         )

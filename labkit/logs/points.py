@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from labkit.logs.clocks import parse_stamp
-from labkit.logs.columns import POLAR, XY, Column, parse_title, split_row
+from labkit.logs.columns import POLAR, RADIANS, XY, Column, parse_title, split_row
 from labkit.logs.doubts import MAX_USUAL_RANGE
 from labkit.logs.lines import (
     DamagedLine,
@@ -26,13 +26,19 @@ from labkit.logs.lines import (
     parse_finite,
     parse_numbers,
 )
+from labkit.logs.log import Content
 from labkit.logs.reader import Reader, Reading, Source, Sweep, holds_values
-from labkit.scan import check_angles
+from labkit.logs.scanner import Scanner
+from labkit.scan import MOST_TURN, check_angles
 from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.errors import InvalidParameterError, LogError
 
 UNTITLED = {count: [*map(parse_title, ("scan", *XY)[-count:])] for count in (2, 3)}
-MANY_ROWS = 20  # from here on it is no chance that a column rises in every row
+MANY_ROWS = 20  # from here on it is no chance that a column runs one way
+MAX_UNEVENNESS = 0.2  # of a step: directions are rounded
+MIN_TURNS = 1.5  # turns a stamp: more, and the stamps do not part the scans
+FEWEST_TURNS = 3  # tell what a usual view is
+FULL_VIEW = 0.9  # of the usual view: a first or last scan that covers less was cut
 
 
 def coordinates_of(columns: Sequence[Column]) -> tuple[str, str] | None:
@@ -50,26 +56,44 @@ def read(source: Source) -> Reading:
     line_numbers, rows, places = _read_rows(lines, report, columns, pair)
     if not len(rows):
         return Reading()
-    if not columns:
-        _suspect_angles(rows[:, 2:], report)
+    units = [_unit(places[meaning][1], meaning, scanner) for meaning in pair]
+    if not columns and (degrees := _unit_of_directions(rows, report)):
+        pair, units = POLAR, [scanner.radians(degrees), scanner.metres()]
+    coordinates = rows[:, 2:]
+    coordinates *= units
     if pair == POLAR:
-        _expect_radians(rows[:, 2], places["angle"], report.file)
-    groups = _scans(rows, places, pair, report)
+        _expect_radians(coordinates[:, 0], places.get("angle"), report.file)
+    groups = _without_cut_ends(_scans(rows, places, pair, report), coordinates, pair, report)
     if pair == XY:
-        _suspect_millimetres(rows[groups[0], 2:], report)
+        _suspect_millimetres(coordinates[groups[0]], report)
     sweeps = []
     for group in source.part(groups):
         line = line_numbers[group][0]
         stamp = float(rows[group][0, 1])
-        points = rows[group, 2:]
+        points = coordinates[group]
         if pair == XY:
             sweeps.append(Sweep(int(line), scanner.scan_of_points(points, stamp)))
         else:
             angles, ranges = points.T
             directions = -angles if scanner.mirrored else angles
-            scan = scanner.scan(ranges, directions, report, stamp=stamp)
+            scan = scanner.scan(ranges / units[1], directions, report, scale=units[1], stamp=stamp)
             sweeps.append(Sweep(int(line), scan))
-    return Reading(sweeps=sweeps)
+    is_named = "clock" in places and bool(places["clock"][1].unit)
+    return Reading(sweeps=sweeps, clock_is_named=is_named, contents=contents_of(columns, places))
+
+
+def contents_of(columns: Sequence[Column], places: dict[str, tuple[int, Column]]) -> list[Content]:
+    """The columns of a table of points, and what they are read as."""
+    uses = {k: meaning for meaning, (k, _) in places.items()}
+    return [
+        Content(column.title, "column", uses.get(k, column.harmless))
+        for k, column in enumerate(columns)
+    ]
+
+
+def _unit(column: Column, meaning: str, scanner: Scanner) -> float:
+    """Factor of a coordinate to metres or radians."""
+    return scanner.radians(column.scale) if meaning == "angle" else scanner.metres(column.scale)
 
 
 def _read_rows(
@@ -129,11 +153,11 @@ def _parse_point(
     if "clock" in places:
         k, clock = places["clock"]
         stamp = parse_stamp(row[k], clock.scale)
-    (k, first), (m, second) = (places[meaning] for meaning in pair)
+    (k, _), (m, _) = (places[meaning] for meaning in pair)
     if pair == POLAR:
-        angle = first.scale * parse_finite(row[k], "angle")
-        return scan, stamp, angle, second.scale * parse_numbers([row[m] or "nan"], "range")[0]
-    x, y = first.scale * parse_finite(row[k], "x"), second.scale * parse_finite(row[m], "y")
+        angle = parse_finite(row[k], "angle")
+        return scan, stamp, angle, parse_numbers([row[m] or "nan"], "range")[0]
+    x, y = parse_finite(row[k], "x"), parse_finite(row[m], "y")
     expect_near(x, y, "the point")
     return scan, stamp, x, y
 
@@ -145,18 +169,16 @@ def _scans(
     report: DamageReport,
 ) -> Sequence[IntArray | slice]:
     """Rows of each scan, in the order of their first rows: a slice, or indices if they scatter."""
-    if "scan" in places:
-        numbers = rows[:, 0]
-    else:
-        numbers = rows[:, 1]  # the stamps
-        if "clock" in places and len(np.unique(numbers)) > 0.5 * len(rows):
-            rows[:, 1] = np.nan  # of single points
+    numbers, stamps = rows[:, 0], rows[:, 1]
+    if "scan" not in places:
+        numbers = _numbers_without_column(rows, pair, report)
+        is_of_points = len(np.unique(stamps)) > 0.5 * len(rows)
+        if "clock" in places and is_of_points and pair == XY:
+            rows[:, 1] = np.nan
             report.remarks.append(
                 f"the column {places['clock'][1].title!r} gives each point its own time, which "
                 f"tells no scan; a column `scan` would"
             )
-        if np.isnan(numbers).all():
-            numbers = _turns(rows[:, 2], report) if pair == POLAR else np.zeros(len(rows))
     starts = np.flatnonzero(np.diff(numbers)) + 1
     if len(starts) < len(np.unique(numbers)):  # each number in one piece
         return [slice(a, b) for a, b in pairwise([0, *starts.tolist(), len(numbers)])]
@@ -165,39 +187,114 @@ def _scans(
     return sorted(np.split(order, starts), key=lambda group: int(group[0]))
 
 
-def _turns(angles: FloatArray, report: DamageReport) -> FloatArray:
+def _numbers_without_column(
+    rows: FloatArray, pair: tuple[str, str], report: DamageReport
+) -> FloatArray:
+    """Number of the scan of each row: by the stamps, or by the turns where those tell more."""
+    stamps = rows[:, 1]
+    stamp_count = 1 if np.isnan(stamps).all() else len(np.unique(stamps))
+    are_of_points = stamp_count > 0.5 * len(rows)
+    directions = rows[:, 2] if pair == POLAR else np.arctan2(rows[:, 3], rows[:, 2])
+    turns = _turns(directions)
+    turn_count = int(turns[-1]) + 1
+    has_more_turns = are_of_points or turn_count > MIN_TURNS * stamp_count
+    if pair == POLAR and has_more_turns and turn_count > 1:
+        report.remarks.append(
+            f"no column numbers the scans: one begins where the angles start anew, {turn_count} "
+            f"in all"
+        )
+        return turns
+    if are_of_points or stamp_count == 1:
+        return np.zeros(len(rows))
+    whole = (np.diff(np.unique(stamps)) % 1.0 == 0.0).all()
+    if whole and turn_count > MIN_TURNS * stamp_count:
+        report.remarks.append(
+            f"the clock counts whole seconds, and the points of one stamp go round "
+            f"{turn_count / stamp_count:.1f} times: several sweeps count as one scan; a column "
+            f"`scan` would part them"
+        )
+    return stamps
+
+
+def _turns(angles: FloatArray) -> FloatArray:
     """Number of the turn of each row: one begins where the angles jump back to their start."""
     steps, span = np.diff(angles), np.ptp(angles)
     direction = np.sign(np.median(steps[steps != 0.0])) if steps.any() else 1.0
-    jumps = direction * steps < -0.5 * span
-    if jumps.any() and span > 0.0:
-        report.remarks.append(
-            f"no column numbers the scans: one begins where the angles start anew, "
-            f"{np.count_nonzero(jumps) + 1} in all"
-        )
+    jumps = (direction * steps < -0.5 * span) & (span > 0.0)
     return np.concatenate([[0.0], np.cumsum(jumps)])
 
 
-def _expect_radians(angles: FloatArray, place: tuple[int, Column], file: str) -> None:
+def _without_cut_ends(
+    groups: Sequence[IntArray | slice],
+    coordinates: FloatArray,
+    pair: tuple[str, str],
+    report: DamageReport,
+) -> Sequence[IntArray | slice]:
+    """The scans without a first and a last one whose view is narrower than the usual.
+
+    A recording may begin and end in mid-turn.
+    """
+    if len(groups) < FEWEST_TURNS:
+        return groups
+    ends = {0: "first", len(groups) - 1: "last"}
+    views = np.array([_view(coordinates[group], pair) for group in groups])
+    usual = float(np.median(views))
+    is_cut = views < FULL_VIEW * usual
+    cut = [k for k in ends if is_cut[k]]
+    for k in cut:
+        report.remarks.append(
+            f"the {ends[k]} scan covers {np.degrees(views[k]):.0f} degrees and the others "
+            f"{np.degrees(usual):.0f}: its turn was cut, and it is left out"
+        )
+    return [group for k, group in enumerate(groups) if k not in cut]
+
+
+def _view(points: FloatArray, pair: tuple[str, str]) -> float:
+    """Angle [rad] that the points of a scan cover: a turn without its widest gap."""
+    directions = points[:, 0] if pair == POLAR else np.arctan2(points[:, 1], points[:, 0])
+    around = np.sort(directions % (2.0 * math.pi))
+    gaps = np.diff(around, append=around[:1] + 2.0 * math.pi)
+    return 2.0 * math.pi - float(gaps.max())
+
+
+def _expect_radians(angles: FloatArray, place: tuple[int, Column] | None, file: str) -> None:
     try:
         check_angles(angles, "")
     except InvalidParameterError as error:
-        title = place[1].title
+        title = "" if place is None else place[1].title
         raise LogError(
-            f"{file}: the column {title!r} {error.problem}; the title `angle_deg` says degrees"
+            f"{file}: the column {title!r} {error.problem}; the title `angle_deg` says degrees, "
+            f"and so does `angle_unit` (`--angle-unit deg`)"
         ) from None
 
 
-def _suspect_angles(pairs: FloatArray, report: DamageReport) -> None:
-    """Remark on two columns without titles that look like angles and ranges."""
-    first, second = pairs.T
-    steps = np.diff(first)
-    is_sweep = len(first) >= MANY_ROWS and ((steps > 0.0).all() or (steps < 0.0).all())
-    if is_sweep and np.ptp(first) <= 360.0 and (second >= 0.0).all() and np.ptp(first) > 1.0:
+def _unit_of_directions(rows: FloatArray, report: DamageReport) -> float | None:
+    """Unit [rad] of a first column without a title that holds directions, or None.
+
+    Directions run evenly; coordinates of walls do not. A remark tells of a column that runs one
+    way and not evenly.
+    """
+    numbers, _, first, second = rows.T
+    steps = np.diff(first)[np.diff(numbers) == 0.0]
+    if len(first) < MANY_ROWS or (second < 0.0).any() or not 1.0 < np.ptp(first) <= 360.0:
+        return None
+    usual = float(np.median(steps))
+    against = np.count_nonzero(steps * usual <= 0.0)
+    if against * MANY_ROWS >= len(steps):
+        return None
+    is_even = np.count_nonzero(np.abs(steps - usual) <= MAX_UNEVENNESS * abs(usual))
+    if is_even + against < len(steps):
         report.remarks.append(
             "the first column runs one way and the second is never negative: if they are angles "
             "and ranges, say so in a header, as `angle,range` or `angle_deg,range_mm`"
         )
+        return None
+    unit = "radians" if np.abs(first).max() <= MOST_TURN else "degrees"
+    report.remarks.append(
+        f"the columns have no titles, and one runs evenly, as directions do: they are read as "
+        f"angles in {unit} and ranges; titles (`x,y`) say otherwise"
+    )
+    return RADIANS[unit]
 
 
 def _suspect_millimetres(points: FloatArray, report: DamageReport) -> None:
@@ -224,7 +321,7 @@ READERS = (
         name="polar",
         files="points as rows `scan,angle,range`",
         recognises=lambda source: coordinates_of(source.table.columns) == POLAR,
-        uses=("no_return", "time_increment"),
+        uses=("no_return", "time_increment", "angle_unit", "blind_beams"),
         read=read,
     ),
     Reader(

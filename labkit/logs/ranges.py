@@ -17,6 +17,11 @@ import numpy as np
 from labkit.logs.clocks import parse_stamp
 from labkit.logs.columns import (
     CLOCK,
+    CLOCKS,
+    DECLARED,
+    GEOMETRY,
+    HARMLESS,
+    IN_ONE_WORD,
     SECONDS,
     Column,
     list_fields,
@@ -39,10 +44,7 @@ FEWEST_BEAMS = 4
 MAX_UNEVENNESS = 0.5  # of a step: directions may be rounded
 FEWEST_POSITIVE = 30  # beams: the ranges of so many hardly ever run evenly, even along a wall
 FIRST_ROWS = 50  # tell whether rows end in a comma
-GEOMETRY = ("angle_min", "angle_max", "angle_increment")
-DECLARED = (*GEOMETRY, "time_increment", "range_min", "range_max")
-IN_ONE_WORD = {name.replace("_", ""): name for name in DECLARED}  # `AngleMin`, as MATLAB writes
-LEFT_OUT = frozenset({"", "seq", "topic", "frame_id", "scan_time", "intensities", "intensity"})
+LEFT_OUT = HARMLESS | {"frame_id"}
 RISING = (
     "the first column rises in every row: if it is a clock and no beam, say so in a header, as "
     "`stamp,r0,r1,r2`"
@@ -58,6 +60,7 @@ class Layout:
     scale: float  # of the ranges, to metres
     clocks: Sequence[tuple[int, float]]  # columns and units [s], which add up
     declared: Mapping[str, tuple[int, float]]  # columns and units of the fields in `DECLARED`
+    frame: int | None = None  # the column of the scanner's frame
 
 
 def layout_of(columns: Sequence[Column], file: str) -> Layout:
@@ -89,6 +92,7 @@ def layout_of(columns: Sequence[Column], file: str) -> Layout:
         scale=beams[0].scale,
         clocks=_choose_clocks(clocks, columns),
         declared=declared,
+        frame=next((k for k, column in enumerate(columns) if column.name == "frame_id"), None),
     )
 
 
@@ -111,7 +115,7 @@ def _order_beams(beams: Sequence[Column], columns: Sequence[Column], file: str) 
 
 def _choose_clocks(clocks: Sequence[Column], columns: Sequence[Column]) -> list[tuple[int, float]]:
     """The scanner's own clock before others; seconds and nanoseconds of one stamp together."""
-    own = sorted(clocks, key=lambda column: CLOCK.index(column.name))
+    own = sorted(clocks, key=lambda column: CLOCKS.index(column.name))
     chosen = own[:1]
     if chosen and chosen[0].unit:
         rest = (c for c in own[1:] if c.name == chosen[0].name and c.scale != chosen[0].scale)
@@ -147,7 +151,7 @@ def read(source: Source) -> Reading:
         beams = range(width - ends_in_comma)
         layout = Layout(width=width, beams=beams, scale=1.0, clocks=(), declared={})
     _expect_directions(layout, first_rows[0][1], report, source.scanner)
-    sweeps = source.part(_sweeps(chain(first_rows, rows), layout, source))
+    sweeps = source.sweeps(_sweeps(chain(first_rows, rows), layout, source))
     is_named = any(table.columns[k].unit for k, _ in layout.clocks)
     if not table.columns:
         _suspect_a_clock(sweeps, report)
@@ -231,17 +235,25 @@ def _parse_sweep(
     ranges = parse_numbers([field or "nan" for field in fields], "range")
     stamps = [parse_stamp(row[k], unit) for k, unit in layout.clocks]
     declared = {
-        name: unit * _parse_declared(row[k], name) for name, (k, unit) in layout.declared.items()
+        name: _parse_declared(row[k], name) * (scanner.radians(unit) if name in GEOMETRY else unit)
+        for name, (k, unit) in layout.declared.items()
     }
     first, last = declared.get("angle_min", 0.0), declared.get("angle_max", math.nan)
     step = declared.get("angle_increment", 0.0)
     angles = scanner.beams(len(ranges), first, step, report, last)
     band = declared.get("range_min", 0.0), declared.get("range_max", math.inf)
-    scaled = np.array(ranges) * layout.scale
     stamp = sum(stamps) if stamps else math.nan
     beam_time = declared.get("time_increment", 0.0)
-    scan = scanner.scan(scaled, angles, report, stamp=stamp, band=band, time_increment=beam_time)
-    return Sweep(number, scan)
+    scan = scanner.scan(
+        ranges,
+        angles,
+        report,
+        scale=layout.scale,
+        stamp=stamp,
+        band=band,
+        time_increment=beam_time,
+    )
+    return Sweep(number, scan, "" if layout.frame is None else row[layout.frame])
 
 
 def _parse_declared(field: str, name: str) -> float:
@@ -255,6 +267,6 @@ READER = Reader(
     name="ranges",
     files="tables of ranges, one scan a row",
     recognises=lambda source: are_ranges(source.table),
-    uses=("angles", "no_return", "time_increment"),
+    uses=("angles", "no_return", "time_increment", "angle_unit", "blind_beams", "frame"),
     read=read,
 )

@@ -12,7 +12,7 @@ import numpy as np
 
 from labkit.logs import array_files, carmen, g2o, points, ranges, rosbag
 from labkit.logs.doubts import make_scans
-from labkit.logs.lines import DamageReport
+from labkit.logs.lines import DamageReport, shorten
 from labkit.logs.log import Log
 from labkit.logs.options import LogOptions
 from labkit.logs.reader import FOREIGN, Progress, Reader, Source, is_value
@@ -109,6 +109,9 @@ def read_log(
             offset = reading.offset
         odometry, gaps = scanner_track(scans, name, wheels[:, 0], wheels[:, 1:], offset)
         report.remarks.extend(gaps)
+    if left_out := [content for content in reading.contents if not content.use]:
+        names = ", ".join(f"{content.name!r} ({content.kind})" for content in left_out)
+        report.remarks.append(f"not read: {shorten(names)}")
     if odometry is not None:
         report.remarks.extend(odd_steps(odometry, scans))
     return Log(
@@ -119,6 +122,7 @@ def read_log(
         format=reader.name,
         skipped=tuple(report.skipped),
         remarks=report.all_remarks(len(scans)),
+        contents=tuple(reading.contents),
     )
 
 

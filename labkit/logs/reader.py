@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from labkit.logs.columns import Column, is_list, read_header, split_row
 from labkit.logs.lines import DamageReport, is_number, read_lines
+from labkit.logs.log import Content
 from labkit.logs.options import LogOptions
 from labkit.logs.scanner import Scanner
 from labkit.logs.stored import StoredScan
@@ -40,6 +41,7 @@ class Sweep(NamedTuple):
 
     line: int  # in the file, or the number of the message
     scan: StoredScan | Scan  # ranges outside the declared band make no point
+    frame: str = ""  # of the scanner, where the file names it
 
 
 class Table(NamedTuple):
@@ -136,6 +138,22 @@ class Source:
         """The scans, or what holds them, of the part that is asked for; no more is read."""
         return list(islice(rows, *self.options.part))
 
+    def sweeps(self, sweeps: Iterable[Sweep]) -> list[Sweep]:
+        """The part's sweeps of one scanner: that of the caller's frame, or of the first sweep."""
+        return self.part(self._of_one_frame(sweeps))
+
+    def _of_one_frame(self, sweeps: Iterable[Sweep]) -> Iterator[Sweep]:
+        chosen = self.options.frame
+        for sweep in sweeps:
+            chosen = sweep.frame if chosen is None else chosen
+            if sweep.frame == chosen:
+                yield sweep
+            else:
+                self.report.count(
+                    f"of the frame {sweep.frame!r} are left out: those of {chosen!r} are read; "
+                    f"`frame` (`--frame`) chooses"
+                )
+
 
 @dataclass(eq=False, kw_only=True)
 class Reading:
@@ -153,6 +171,8 @@ class Reading:
         The scanner's place on the robot, where the format tells it.
     clock_is_named : bool
         Whether the file names the unit of its stamps.
+    contents : list of Content
+        The parts of the file, and what they are read as.
     """
 
     sweeps: list[Sweep] = field(default_factory=list)
@@ -161,6 +181,7 @@ class Reading:
     track: FloatArray | None = None
     offset: FloatArray | None = None
     clock_is_named: bool = False
+    contents: list[Content] = field(default_factory=list)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,8 +1,8 @@
 """ROS 1 and ROS 2 bags: ``sensor_msgs/LaserScan`` with ``nav_msgs/Odometry``, without ROS.
 
-Of a ``MultiEchoLaserScan`` the first echo of each beam counts. The fixed transforms of
-``/tf_static`` tell where the scanner sits on the robot. The package `rosbags` reads the bag; it is
-optional and imported only when a bag is read.
+Of a ``MultiEchoLaserScan`` the first echo of each beam counts. The transforms of the bag tell
+where the scanner sits on the robot and, where no odometry topic does, how the robot moved. The
+package `rosbags` reads the bag; it is optional and imported only when a bag is read.
 """
 
 from __future__ import annotations
@@ -11,17 +11,23 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
-from itertools import count
+from itertools import chain, islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from labkit.logs.lines import DamagedLine, DamageReport, expect_near, shorten
-from labkit.logs.mounting import MAX_LEAN, Mounting, Transform, find_mounting, read_transforms
+from labkit.logs.lines import DamagedLine, DamageReport, expect_near, planar_heading, shorten
+from labkit.logs.log import Content
+from labkit.logs.mounting import (
+    MAX_LEAN,
+    Mounting,
+    Transforms,
+    find_motion,
+    find_mounting,
+    read_transforms,
+)
 from labkit.logs.reader import Reader, Reading, Source, Sweep
-from labkit.logs.scanner import Scanner
-from labkit.logs.trajectories import planar_heading
 from labkit.support.arrays import FloatArray
 from labkit.support.errors import LabkitError, LogError
 from labkit.support.extras import need
@@ -29,19 +35,46 @@ from labkit.support.extras import need
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 MULTI_ECHO = "sensor_msgs/msg/MultiEchoLaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
-TRANSFORMS = "tf2_msgs/msg/TFMessage"
+TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+SCANS = (LASER_SCAN, MULTI_ECHO)
+OTHER_MOTIONS = (  # types that tell a motion, and are not read
+    "sensor_msgs/msg/Imu",
+    *(f"geometry_msgs/msg/{name}" for name in ("PoseStamped", "PoseWithCovarianceStamped")),
+)
 TRANSFORM_FIELDS = "geometry_msgs/TransformStamped[] transforms"
-FIXED = "tf_static"  # the topic of transforms that never change
+MESSAGES_OF_A_START = 50  # a clock that stands at 0 for so many messages is none
 FIRST_BYTES = {  # of a bag, and the suffix that rosbags wants to see
     b"#ROSBAG": ".bag",
     b"SQLite format 3": ".db3",
     b"\x89MCAP": ".mcap",
 }
-
 DIRECTORY = "directory"
 
-Topic = tuple[str, str]  # its name and the type of its messages
-Bag = tuple[Any, Callable[[bytes, str], Any]]  # the reader, and the decoder of its messages
+
+class Topic(NamedTuple):
+    """A topic and the type of its messages."""
+
+    name: str
+    msgtype: str
+
+
+class Bag(NamedTuple):
+    """An open bag: the reader, and the decoder of its messages."""
+
+    reader: Any
+    decode: Callable[[bytes, str], Any]
+
+    def counts(self) -> dict[Topic, int]:
+        """Number of messages of each topic."""
+        counts = dict[Topic, int]()
+        for connection in self.reader.connections:
+            topic = Topic(connection.topic, connection.msgtype)
+            counts[topic] = counts.get(topic, 0) + connection.msgcount
+        return dict(sorted(counts.items()))
+
+    def topics(self, msgtypes: Sequence[str]) -> list[Topic]:
+        """Topics of some types, by name."""
+        return [topic for topic in self.counts() if topic.msgtype in msgtypes]
 
 
 def bag_kind(source: Source) -> str:
@@ -59,44 +92,97 @@ def read(source: Source) -> Reading:
     """Read the sweeps of a bag, the robot's odometry, and the scanner's place on the robot."""
     report, options = source.report, source.options
     bag = _open(source.path, bag_kind(source), report.file)
-    with closing(bag[0]):
-        scans = _choose(bag, (LASER_SCAN, MULTI_ECHO), options.topic, "topic", report.file)
+    with closing(bag.reader):
+        scans = _choose(bag, SCANS, options.topic, "topic", report.file)
         if scans is None:
-            raise LogError(f"{report.file}: a bag without any scan, expected {LASER_SCAN} messages")
-        wheel = _choose(bag, (ODOMETRY,), options.odometry_topic, "odometry_topic", report.file)
-        mounting = _mounting(bag, scans, wheel, report)
-        scanner = source.scanner
-        if mounting is not None and scanner.mirrored is None:
-            scanner = replace(scanner, mirrored=mounting.is_upside_down)
-        sweeps = source.part(source.progress(_sweeps(bag, scans, report, scanner)))
-        track = None if wheel is None or not sweeps else _track(bag, wheel, report)
-    offset = None if mounting is None else mounting.offset
-    return Reading(sweeps=sweeps, track=track, offset=offset, clock_is_named=True)
+            held = ", ".join(f"{t.name} ({t.msgtype}, {n})" for t, n in bag.counts().items())
+            raise LogError(
+                f"{report.file}: a bag without any scan, expected {LASER_SCAN} messages; it holds "
+                f"{held or 'nothing'}"
+            )
+        odometry = _choose(bag, (ODOMETRY,), options.odometry_topic, "odometry_topic", report.file)
+        transforms = Transforms()
+        for topic in bag.topics(TRANSFORMS):
+            _read_transforms(bag, topic, report, transforms)
+        sweeps, mounting, track = _read_scans(bag, scans, odometry, transforms, source)
+        contents = [
+            Content(topic.name, f"{topic.msgtype}, {number} messages", _use(topic, scans, odometry))
+            for topic, number in bag.counts().items()
+        ]
+    return Reading(
+        sweeps=sweeps,
+        track=track,
+        offset=None if mounting is None else mounting.offset,
+        clock_is_named=True,
+        contents=contents,
+    )
 
 
-def _mounting(bag: Bag, scans: Topic, wheel: Topic | None, report: DamageReport) -> Mounting | None:
-    """The scanner's place by the fixed transforms of the bag, with a remark on it."""
-    transforms = dict[str, Transform]()
-    for connection in bag[0].connections:
-        if connection.msgtype == TRANSFORMS and connection.topic.endswith(FIXED):
-            topic = connection.topic, connection.msgtype
-            for number, _, message in _messages(bag, topic, report):
-                try:
-                    transforms.update(read_transforms(message))
-                except DamagedLine as damage:
-                    report.skip(number, f"a damaged {TRANSFORMS} message: {damage}")
-    if not transforms:
-        return None
-    scan = next((message for _, _, message in _messages(bag, scans, report)), None)
-    pose = wheel and next((message for _, _, message in _messages(bag, wheel, report)), None)
-    laser = "" if scan is None else scan.header.frame_id
-    robot = "" if pose is None else pose.child_frame_id
-    mounting = find_mounting(laser, robot, transforms)
+def _read_scans(
+    bag: Bag, scans: Topic, odometry: Topic | None, transforms: Transforms, source: Source
+) -> tuple[list[Sweep], Mounting | None, FloatArray | None]:
+    """Sweeps, the scanner's place, and the robot's track by odometry or transforms."""
+    report = source.report
+    laser = source.options.frame or _first(bag, scans, report, "header.frame_id")
+    track = None
+    if odometry is not None:
+        robot = _first(bag, odometry, report, "child_frame_id")
+        track = _track(bag, odometry, report)
+    else:
+        motion = find_motion(laser, transforms)
+        robot = "" if motion is None else motion.child
+        if motion is not None:
+            track = motion.track
+            report.remarks.append(
+                f"no topic of {ODOMETRY}: the transforms from {motion.parent!r} to "
+                f"{motion.child!r} count as wheel odometry"
+            )
+    mounting = find_mounting(laser, robot, transforms.fixed)
+    mounting = _told_mounting(mounting, transforms, report)
+    if mounting is not None and source.scanner.mirrored is None:
+        source.scanner = replace(source.scanner, mirrored=mounting.is_upside_down)
+    sweeps = source.sweeps(source.progress(_sweeps(bag, scans, source)))
+    return sweeps, mounting, track if sweeps else None
+
+
+def _use(topic: Topic, scans: Topic, odometry: Topic | None) -> str:
+    """What a topic is read as; nothing where it might tell a motion that no wheels tell."""
+    if topic == scans:
+        return "scans"
+    if topic == odometry:
+        return "wheels"
+    if topic.msgtype in TRANSFORMS:
+        return "transforms"
+    is_missed = odometry is None and topic.msgtype in OTHER_MOTIONS
+    return "" if is_missed else "left aside"
+
+
+def _first(bag: Bag, topic: Topic, report: DamageReport, field: str) -> str:
+    """A field of the first message of a topic."""
+    message = next((message for _, _, message in _messages(bag, topic, report)), None)
+    for name in field.split("."):
+        message = getattr(message, name, "")
+    return str(message)
+
+
+def _read_transforms(bag: Bag, topic: Topic, report: DamageReport, transforms: Transforms) -> None:
+    for number, _, message in _decoded(bag, topic, report):
+        try:
+            for transform in read_transforms(message):
+                transforms.add(transform)
+        except DamagedLine as damage:
+            report.skip(number, f"a damaged {topic.msgtype} message: {damage}")
+
+
+def _told_mounting(
+    mounting: Mounting | None, transforms: Transforms, report: DamageReport
+) -> Mounting | None:
+    """The mounting, with a remark on it; None where the scanner leans too much."""
     if mounting is None or not mounting.is_told:
         return mounting
     hangs = ", upside down" if mounting.is_upside_down else ""
     place = ", ".join(f"{value:.4g}" for value in mounting.offset)
-    told = f"/{FIXED} tells that the scanner sits at ({place}) (m, m, rad){hangs} on the frame "
+    told = f"transforms tell that the scanner sits at ({place}) (m, m, rad){hangs} on the frame "
     told += f"{mounting.robot!r}"
     if mounting.lean > MAX_LEAN:
         report.remarks.append(
@@ -117,8 +203,8 @@ def _open(path: Path, kind: str, file: str) -> Bag:
 
     is_ros1 = kind == ".bag"
     store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
-    if TRANSFORMS not in store.types:
-        store.register(get_types_from_msg(TRANSFORM_FIELDS, TRANSFORMS))
+    for name in set(TRANSFORMS) - store.types.keys():
+        store.register(get_types_from_msg(TRANSFORM_FIELDS, name))
     reader: Any = rosbag1.Reader if is_ros1 else rosbag2.Reader
     try:
         if kind not in {".bag", DIRECTORY}:  # rosbags goes by the suffix
@@ -129,15 +215,14 @@ def _open(path: Path, kind: str, file: str) -> Bag:
     except Exception as error:  # a damaged bag makes rosbags raise errors of many kinds
         reason = shorten(str(error)) or type(error).__name__
         raise LogError(f"{file}: the bag cannot be opened: {reason}") from error
-    return opened, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
+    return Bag(opened, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr)
 
 
 def _choose(
     bag: Bag, msgtypes: Sequence[str], wanted: str | None, parameter: str, file: str
 ) -> Topic | None:
     """The topic of some types that the caller wants, or the only one, or None."""
-    found = {each.topic: each.msgtype for each in bag[0].connections if each.msgtype in msgtypes}
-    topics = sorted(found)
+    topics = {topic.name: topic for topic in bag.topics(msgtypes)}
     listed = shorten(", ".join(topics), 100)
     if wanted is None and len(topics) > 1:
         raise LogError(
@@ -146,52 +231,66 @@ def _choose(
         )
     if wanted is not None and wanted not in topics:
         raise LogError(f"{file}: `{parameter}` is {wanted!r}, the bag has {listed or None}")
-    name = wanted or next(iter(topics), None)
-    return None if name is None else (name, found[name])
+    return topics.get(wanted or next(iter(topics), ""))
 
 
-def _messages(bag: Bag, topic: Topic, report: DamageReport) -> Iterator[tuple[int, float, Any]]:
-    """Number, time of the header [s] (of the bag, if that is 0) and message of a topic."""
-    reader, decode = bag
-    msgtype = topic[1]
-    connections = [c for c in reader.connections if (c.topic, c.msgtype) == topic]
-    stream = reader.messages(connections=connections)
-    for number in count(1):
+def _decoded(bag: Bag, topic: Topic, report: DamageReport) -> Iterator[tuple[int, float, Any]]:
+    """Number, time of the bag [s] and message of a topic."""
+    connections = [c for c in bag.reader.connections if (c.topic, c.msgtype) == topic]
+    stream = enumerate(bag.reader.messages(connections=connections), 1)
+    number = 0
+    while True:
         try:
-            _, nanoseconds, raw = next(stream)
-            message = decode(raw, msgtype)
-            stamp = 1e-9 * nanoseconds
-            if msgtype != TRANSFORMS:
-                header = message.header.stamp
-                stamp = header.sec + 1e-9 * header.nanosec or stamp
+            number, (_, nanoseconds, raw) = next(stream)
+            message = bag.decode(raw, topic.msgtype)
         except StopIteration:
             return
         except Exception as error:  # rosbags again: the stream cannot go on behind it
-            report.skip(number, f"the bag breaks off at this {msgtype} message: {error!r}")
+            reason = f"the bag breaks off at this {topic.msgtype} message: {error!r}"
+            report.skip(number + 1, reason)
             return
-        yield number, stamp, message
+        yield number, 1e-9 * nanoseconds, message
 
 
-def _sweeps(bag: Bag, topic: Topic, report: DamageReport, scanner: Scanner) -> Iterator[Sweep]:
+def _messages(bag: Bag, topic: Topic, report: DamageReport) -> Iterator[tuple[int, float, Any]]:
+    """Number, time of the header [s] and message of a topic.
+
+    Where no header has a time, that of the bag counts. A simulation's clock begins at 0.
+    """
+    stream = _decoded(bag, topic, report)
+    start = list(islice(stream, MESSAGES_OF_A_START))
+    is_stamped = any(_header_stamp(message) for _, _, message in start)
+    for number, arrival, message in chain(start, stream):
+        yield number, _header_stamp(message) if is_stamped else arrival, message
+
+
+def _header_stamp(message: Any) -> float:
+    stamp = message.header.stamp
+    return float(stamp.sec + 1e-9 * stamp.nanosec)
+
+
+def _sweeps(bag: Bag, topic: Topic, source: Source) -> Iterator[Sweep]:
     """Yield the good scan messages, counter-clockwise from `angle_min`."""
+    scanner, report = source.scanner, source.report
     for number, stamp, message in _messages(bag, topic, report):
-        start, step = float(message.angle_min), float(message.angle_increment)
+        unit = scanner.radians()
+        start, step = unit * float(message.angle_min), unit * float(message.angle_increment)
         band = float(message.range_min), float(message.range_max)
         ranges = message.ranges
-        if topic[1] == MULTI_ECHO:
+        if topic.msgtype == MULTI_ECHO:
             ranges = [beam.echoes[0] if len(beam.echoes) else np.nan for beam in ranges]
         try:
             with np.errstate(invalid="ignore", over="ignore"):  # what is not finite makes no point
-                last = float(message.angle_max)
+                last = unit * float(message.angle_max)
                 angles = scanner.beams(len(ranges), start, step, report, last)
                 beam_time = float(message.time_increment)
                 scan = scanner.scan(
                     ranges, angles, report, stamp=stamp, band=band, time_increment=beam_time
                 )
         except LabkitError as damage:
-            report.skip(number, f"a damaged {topic[1]} message: {damage}")
+            report.skip(number, f"a damaged {topic.msgtype} message: {damage}")
         else:
-            yield Sweep(number, scan)
+            yield Sweep(number, scan, message.header.frame_id)
 
 
 def _track(bag: Bag, topic: Topic, report: DamageReport) -> FloatArray:
@@ -207,7 +306,7 @@ def _track(bag: Bag, topic: Topic, report: DamageReport) -> FloatArray:
             report.skip(number, f"a damaged {ODOMETRY} message: {damage}")
     if not rows:
         raise LogError(
-            f"{report.file}: no usable {ODOMETRY} message on {topic[0]}{report.summary()}"
+            f"{report.file}: no usable {ODOMETRY} message on {topic.name}{report.summary()}"
         )
     return np.array(rows)
 
@@ -220,6 +319,10 @@ READER = Reader(
     name="ros",
     files="ROS 1 and ROS 2 bags",
     recognises=_is_bag,
-    uses=("angles", "no_return", "laser_offset", "time_increment", "topic", "odometry_topic"),
+    uses=(
+        *("angles", "no_return", "laser_offset", "time_increment", "angle_unit"),
+        "blind_beams",
+        *("topic", "odometry_topic", "frame"),
+    ),
     read=read,
 )

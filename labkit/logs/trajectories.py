@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Sequence
 from itertools import combinations
@@ -12,12 +11,12 @@ from numpy.typing import ArrayLike
 
 from labkit.logs.columns import split_row
 from labkit.logs.lines import (
-    QUATERNION_TOLERANCE,
     DamagedLine,
     DamageReport,
     expect_fields,
     expect_near,
     parse_finite,
+    planar_heading,
     read_lines,
 )
 from labkit.scan import Scan, scanner_poses
@@ -29,7 +28,6 @@ from labkit.support.files import atomic_write
 TUM = "timestamp tx ty tz qx qy qz qw"
 MAX_HOLD = 0.1  # [s]: a scan this near in time to a pose takes it, whatever lies on its other side
 MAX_GAP = 2.0  # [s]: between two poses farther apart nobody knows the way
-MAX_LEAN_SINE = 0.25  # sine of half the angle by which a robot on the floor may lean, 29 degrees
 
 
 def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike) -> None:
@@ -94,18 +92,6 @@ def _parse_tum(fields: Sequence[str]) -> tuple[float, float, float, float]:
     t, x, y, _, *quaternion = map(parse_finite, fields, TUM.split())
     expect_near(x, y, "the position")
     return t, x, y, planar_heading(*quaternion)
-
-
-def planar_heading(qx: float, qy: float, qz: float, qw: float) -> float:
-    """θ in (−π, π] of a unit quaternion that hardly leans; `DamagedLine` if it is none."""
-    norm = math.hypot(qx, qy, qz, qw)
-    if not abs(norm - 1.0) <= QUATERNION_TOLERANCE:
-        raise DamagedLine(f"the quaternion has length {norm:.4g}, expected 1 (order qx qy qz qw)")
-    if math.hypot(qx, qy) > MAX_LEAN_SINE:
-        raise DamagedLine(f"a rotation out of the plane, qx = {qx:g} and qy = {qy:g}, expected 0")
-    sine = 2.0 * (qw * qz + qx * qy)
-    cosine = qw * qw + qx * qx - qy * qy - qz * qz
-    return float(wrap(math.atan2(sine, cosine)))
 
 
 def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> FloatArray:

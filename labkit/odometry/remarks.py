@@ -121,7 +121,7 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
         yield (
             f"the scans moved by {measured.sum():.2f} m in all where the wheels told "
             f"{told.sum():.2f} m: do many beams see the robot itself? `range_min` "
-            f"(`--range-min`) leaves them out"
+            f"or `blind_beams` of `read_log` (`--range-min`, `--blind-beams`) leave them out"
         )
 
 

@@ -107,7 +107,7 @@ def test_what_is_no_range_makes_no_point(save, flaser, code):
 def test_millimetres_are_suspected_by_name(save, flaser, robotlaser):
     rows = 1000.0 * sweeps(9.0)
     for path in (saved(save, flaser, rows), saved(save, robotlaser, rows, maximum=81920.0)):
-        assert "are they millimetres? labkit reads metres" in read_log(path).remarks[0]
+        assert "are they millimetres? `range_unit=" in read_log(path).remarks[0]
 
 
 STUTTER = [10.0, 11.0, 11.0, 10.5, 12.0, 11.5]
@@ -127,3 +127,48 @@ def test_clocks(save, flaser, clocks, stamps):
     np.testing.assert_array_equal(log.stamps, stamps)
     told = "the clock of the scans stands still or runs backwards 3 times, first at line 3: 11 s af"
     assert [remark.startswith(told) for remark in log.remarks] == [True] * (stamps == STUTTER)
+
+
+def ranges_table(save, rows, **options):
+    titles = ",".join(f"r{k}" for k in range(rows.shape[1]))
+    text = "".join(",".join(f"{r:.3f}" for r in row) + "\n" for row in rows)
+    return read_log(save(f"{titles}\n{text}"), angles=(-1.5, 1.5), **options)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5])
+def test_near_beams_that_never_change_while_others_do_are_told_with_the_way_out(save, share):
+    """The law: both options that the remark names leave them out, and end it."""
+    rows = sweeps(9.0)
+    count = round(share * rows.shape[1])
+    rows[:, 10 : 10 + count] = 0.25 + np.random.default_rng(2).normal(0, 2e-3, (12, count))
+
+    remarks = ranges_table(save, rows).remarks
+
+    assert f"{count} of 180 beams read the same 0.2" in remarks[0]
+    assert f"`--blind-beams 10-{9 + count}`" in remarks[0]
+    way_out = float(remarks[0].partition("--range-min ")[2].partition("`")[0])
+    for options in ({"blind_beams": np.arange(10, 10 + count)}, {"range_min": way_out}):
+        log = ranges_table(save, rows, **options)
+        assert log.remarks == ()
+        assert not {*range(10, 10 + count)} & {*log.scans[3].beams}
+
+
+@pytest.mark.parametrize("noise", [0.001, 0.004])
+def test_a_robot_at_rest_near_a_wall_has_no_blind_beams(save, noise):
+    rows = np.tile(sweeps(9.0)[:1], (12, 1))
+    rows[:, :60] = 0.4
+    rows = rows + np.random.default_rng(1).normal(0.0, noise, rows.shape)
+    assert ranges_table(save, rows).remarks == ()
+
+
+@pytest.mark.parametrize("codes", [(0.12,), (0.001, 0.011, 0.019)])
+def test_a_code_at_the_lower_end_is_told_with_the_way_out(save, codes):
+    rows = sweeps(9.0, codes, share=0.3)
+
+    remarks = ranges_table(save, rows).remarks
+
+    count = np.count_nonzero(np.isin(rows, codes))
+    assert remarks[0].startswith(f"{count} of {rows.size} ranges read ")
+    way_out = float(remarks[0].partition("--range-min ")[2].partition("`")[0])
+    assert max(codes) < way_out < 0.2
+    assert ranges_table(save, rows, range_min=way_out).remarks == ()

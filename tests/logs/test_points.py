@@ -153,7 +153,7 @@ def test_a_pose_beside_beams_makes_no_table_of_points(save):
 
 @pytest.mark.parametrize("clock", ["", "stamp,", "Time,"])
 @pytest.mark.parametrize("place", [0, 2, 6])
-@pytest.mark.parametrize("name", ["speed", "t", "class", "quality3"])
+@pytest.mark.parametrize("name", ["speed", "t", "class", "speed3"])
 def test_a_column_that_is_neither_a_clock_nor_a_beam_is_refused_by_its_name(
     save, clock, place, name
 ):
@@ -172,3 +172,46 @@ def test_a_first_column_that_rises_in_every_row_is_told(save):
         text = header + "".join(",".join(map(str, row)) + "\n" for row in table)
         remarks = read_log(save(text), angles=HALF_CIRCLE).remarks
         assert sum(remark.startswith(told) for remark in remarks) == said
+
+
+def rows_of_turns(angles, stamps):
+    """Rows `time,angle,range` of a room in which the scanner stands."""
+    rows = zip(stamps, angles, 2.0 + np.cos(angles), strict=True)
+    return "time,angle,range\n" + "".join(f"{t},{a:.4f},{r:.4f}\n" for t, a, r in rows)
+
+
+@pytest.mark.parametrize("a_second", [2, 4, 12])
+def test_angles_that_start_anew_part_the_sweeps_of_one_stamp(save, a_second):
+    angles = np.tile(np.linspace(-3.0, 3.0, 50), 12)
+    stamps = 100 + np.repeat(np.arange(12), 50) // a_second
+
+    log = read_log(save(rows_of_turns(angles, stamps)))
+
+    assert [len(scan) for scan in log.scans] == 12 * [50]
+    assert log.stamps.tolist() == (100 + np.arange(12) // a_second).tolist()
+    assert "one begins where the angles start anew, 12 in all" in log.remarks[0]
+
+
+def test_points_of_several_sweeps_in_one_stamp_are_told(save):
+    angles = np.tile(np.linspace(-3.0, 3.0, 50), 12)
+    rows = zip(np.arange(600) // 200, 2 * np.cos(angles), 2 * np.sin(angles), strict=True)
+    text = "time,x,y\n" + "".join(f"{t},{x:.3f},{y:.3f}\n" for t, x, y in rows)
+    assert "points of one stamp go round 4.0 times" in read_log(save(text)).remarks[0]
+
+
+@pytest.mark.parametrize("polar", [True, False])
+@pytest.mark.parametrize(("gone", "left"), [((25, 0), "first"), ((0, 30), "last"), ((2, 3), "")])
+def test_a_first_or_last_turn_that_was_cut_is_no_scan(save, polar, gone, left):
+    turns = np.repeat(np.arange(6), 50)
+    angles = np.tile(np.linspace(-3.0, 3.0, 50), 6)
+    r = 2.0 + np.cos(angles)
+    x, y = (angles, r) if polar else (r * np.cos(angles), r * np.sin(angles))
+    part = slice(gone[0], len(turns) - gone[1])
+    rows = zip(turns[part], x[part], y[part], strict=True)
+    titles = "scan,angle,range" if polar else "scan,x,y"
+
+    log = read_log(save(f"{titles}\n" + "".join(f"{k},{a},{b}\n" for k, a, b in rows)))
+
+    assert len(log) == (5 if left else 6)
+    assert len(log.remarks) == bool(left)
+    assert all(f"the {left} scan covers" in remark for remark in log.remarks)

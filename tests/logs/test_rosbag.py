@@ -15,6 +15,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 GEOMETRY = "geometry_msgs/msg/"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
+OLD_TRANSFORMS = "tf/msg/tfMessage"
 RANGES = (1.0, 2.0, math.inf, 0.05, 30.0)
 
 
@@ -24,9 +25,9 @@ class Bag:
     def __init__(self, path, ros):
         self.ros, self.path, self.connections = ros, path, {}
         self.store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_HUMBLE)
-        if TRANSFORMS not in self.store.types:
+        for name in {TRANSFORMS, OLD_TRANSFORMS} - self.store.types.keys():
             fields_of_transforms = "geometry_msgs/TransformStamped[] transforms"
-            self.store.register(get_types_from_msg(fields_of_transforms, TRANSFORMS))
+            self.store.register(get_types_from_msg(fields_of_transforms, name))
         if ros == 1:
             self.writer = rosbag1.Writer(path)
         else:
@@ -43,24 +44,25 @@ class Bag:
             given.setdefault(each.name, 0)
         return kind(**given)
 
-    def add(self, topic, name, stamp, header=None, **given):
+    def add(self, topic, name, stamp, header=None, frame="laser", **given):
         """Write a message that arrives half a second after it was stamped."""
         if topic not in self.connections:
             self.connections[topic] = self.writer.add_connection(topic, name, typestore=self.store)
         sec, part = divmod(stamp if header is None else header, 1.0)
         time = self.made("builtin_interfaces/msg/Time", sec=int(sec), nanosec=round(part * 1e9))
-        head = self.made("std_msgs/msg/Header", stamp=time, frame_id="laser")
+        head = self.made("std_msgs/msg/Header", stamp=time, frame_id=frame)
         encode = self.store.serialize_ros1 if self.ros == 1 else self.store.serialize_cdr
         raw = encode(self.made(name, header=head, **given), name)
         self.writer.write(self.connections[topic], round((stamp + 0.5) * 1e9), bytes(raw))
 
     def scan(self, stamp, ranges=RANGES, topic="/scan", range_max=25.0, **given):
         angles = {"angle_min": -0.5, "angle_max": 0.5, "angle_increment": 0.25}
+        angles |= {name: given.pop(name) for name in angles if name in given}
         given |= {"ranges": np.array(ranges, np.float32), "intensities": np.zeros(0, np.float32)}
         limits = {"range_min": 0.1, "range_max": range_max}
         self.add(topic, "sensor_msgs/msg/LaserScan", stamp, **angles, **limits, **given)
 
-    def odometry(self, stamp, x, y, theta, topic="/odom", orientation=None):
+    def odometry(self, stamp, x, y, theta, topic="/odom", orientation=None, header=None):
         upright = {"z": math.sin(theta / 2), "w": math.cos(theta / 2)}
         place = self.made(GEOMETRY + "Point", x=x, y=y)
         turn = self.made(GEOMETRY + "Quaternion", **(orientation or upright))
@@ -70,25 +72,25 @@ class Bag:
             "pose": self.made(GEOMETRY + "PoseWithCovariance", pose=pose, **unsure),
             "twist": self.made(GEOMETRY + "TwistWithCovariance", **unsure),
         }
-        self.add(topic, "nav_msgs/msg/Odometry", stamp, child_frame_id="base", **given)
+        name = "nav_msgs/msg/Odometry"
+        self.add(topic, name, stamp, header=header, child_frame_id="base", **given)
 
-    def fixed(self, child, parent, place, rotation, topic="/tf_static"):
-        """A fixed transform: where the child frame sits on its parent."""
-        name = TRANSFORMS
+    def fixed(self, child, parent, place, rotation, topic="/tf_static", stamp=1.0, name=TRANSFORMS):
+        """A transform: where the child frame sits on its parent."""
         if topic not in self.connections:
             self.connections[topic] = self.writer.add_connection(topic, name, typestore=self.store)
         x, y, z, w = rotation
         turn = self.made(GEOMETRY + "Quaternion", x=x, y=y, z=z, w=w)
         shift = self.made(GEOMETRY + "Vector3", x=place[0], y=place[1], z=place[2])
         pose = self.made(GEOMETRY + "Transform", translation=shift, rotation=turn)
-        time = self.made("builtin_interfaces/msg/Time", sec=1)
+        time = self.made("builtin_interfaces/msg/Time", sec=int(stamp))
         head = self.made("std_msgs/msg/Header", stamp=time, frame_id=parent)
         stamped = self.made(
             GEOMETRY + "TransformStamped", header=head, child_frame_id=child, transform=pose
         )
         encode = self.store.serialize_ros1 if self.ros == 1 else self.store.serialize_cdr
         raw = encode(self.made(name, transforms=[stamped]), name)
-        self.writer.write(self.connections[topic], 10**9, bytes(raw))
+        self.writer.write(self.connections[topic], round(stamp * 1e9), bytes(raw))
 
     def close(self):
         self.writer.close()
@@ -177,7 +179,7 @@ def test_a_scan_in_a_silence_of_the_odometry_has_no_pose(bag):
 @pytest.mark.parametrize(
     ("stamps", "poses", "message"),
     [
-        ((), (0.0,), "a bag without any scan, expected sensor_msgs/msg/Las"),
+        ((), (0.0,), r"without any scan, .* it holds /odom \(nav_msgs/msg/Odometry, 1\)"),
         ((90.0,), (0.0,), "`stamps` must lie within `times`, 10 to 10 s .* got 90 to 90 s; bri"),
         ((10.0,), (math.inf,), "no usable nav_msgs/msg/Odometry message on /odom; 1 dam"),
     ],
@@ -261,7 +263,7 @@ def test_the_fixed_transforms_tell_where_the_scanner_sits(any_bag, turn):
     expected = mast.apply(on_mast) + np.array([0.5, 0.0, 1.0])
     points = apply(from_xytheta(log.odometry[0]), log.scans[0].points)
     np.testing.assert_allclose(points, expected[:, :2], atol=2e-3)
-    assert log.remarks[0].startswith("/tf_static tells that the scanner sits at (")
+    assert log.remarks[0].startswith("transforms tell that the scanner sits at (")
     assert ("upside down on the frame 'base'" in log.remarks[0]) == (turn in OVERHEAD)
 
 
@@ -321,3 +323,82 @@ def test_of_several_echoes_the_first_counts(any_bag, cut):
 
     assert scan.beams.tolist() == ([0] if cut else [0, 1])
     np.testing.assert_allclose(scan.ranges, [1.0, 2.0, math.nan, math.inf])
+
+
+UPSIDE_DOWN = (1.0, 0.0, 0.0, 0.0)
+UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize("name", [TRANSFORMS, OLD_TRANSFORMS])
+def test_a_transform_of_tf_that_never_changes_is_a_mount(any_bag, name):
+    """The law: a mount is a mount wherever it is told."""
+    for k in range(3):
+        any_bag.scan(10.0 + k)
+        any_bag.fixed("laser", "plate", (0.1, 0, 0), UPRIGHT, "/tf", 10.0 + k, name)
+        any_bag.fixed("plate", "base", (0.2, 0, 0), UPSIDE_DOWN, "/tf", 10.0 + k, name)
+
+    log = read_log(any_bag.close(), strict=True)
+
+    assert "sits at (0.3, 0, 0) (m, m, rad), upside down on the frame 'base'" in log.remarks[0]
+    np.testing.assert_allclose(log.scans[0].angles, [0.5, 0.25, 0.0, -0.25, -0.5])
+
+
+def test_transforms_that_move_are_wheels_where_no_topic_of_odometry_is(any_bag):
+    for k in range(3):
+        any_bag.scan(10.0 + k)
+        any_bag.fixed("laser", "base", (0.5, 0.0, 0.0), UPRIGHT)
+        any_bag.fixed("base", "odom", (1.0 * k, 0.0, 0.0), UPRIGHT, "/tf", 10.0 + k)
+        any_bag.fixed("odom", "map", (0.0, 0.1 * k, 0.0), UPRIGHT, "/tf", 10.0 + k)
+
+    log = read_log(any_bag.close(), strict=True)
+
+    np.testing.assert_allclose(log.odometry, [[0.5, 0, 0], [1.5, 0, 0], [2.5, 0, 0]])
+    assert "the transforms from 'odom' to 'base' count as wheel odometry" in log.remarks[0]
+
+
+@pytest.mark.parametrize(("frame", "first"), [(None, 1.0), ("rear", 3.0)])
+def test_of_two_scanners_on_one_topic_one_is_read_and_the_other_told(any_bag, frame, first):
+    for k in range(4):
+        ranges = np.full(5, 1.0 + 2.0 * (k % 2))
+        any_bag.scan(10.0 + k, ranges=ranges, frame=["front", "rear"][k % 2])
+
+    log = read_log(any_bag.close(), frame=frame)
+
+    assert [scan.ranges[0] for scan in log.scans] == [first, first]
+    other, read = ("rear", "front") if frame is None else ("front", "rear")
+    assert f"2 scans of the frame '{other}' are left out: those of '{read}'" in log.remarks[-1]
+
+
+@pytest.mark.parametrize("zeros", [1, 3])
+def test_a_simulation_s_clock_begins_at_zero(any_bag, zeros):
+    for k in range(6):
+        stamp = max(0.0, 1.0 + k - zeros)
+        any_bag.scan(1.7e9 + k, header=stamp)
+        any_bag.odometry(1.7e9 + k, stamp, 0.0, 0.0, header=stamp)
+
+    log = read_log(any_bag.close())
+
+    assert log.stamps.tolist() == [max(0.0, 1.0 + k - zeros) for k in range(6)]
+    np.testing.assert_allclose(log.odometry[:, 0], log.stamps)
+
+
+@pytest.mark.parametrize("range_max", [25.0, 25000.0])
+def test_a_unit_of_ranges_is_the_caller_s_to_set(bag, range_max):
+    for k in range(2):
+        bag.scan(10.0 + k, ranges=(1000.0, 2000.0, math.inf, 3000.0, 30000.0), range_max=range_max)
+
+    log = read_log(bag.close(), range_unit="mm")
+
+    np.testing.assert_allclose(log.scans[0].ranges[[0, 1, 3]], [1.0, 2.0, 3.0])
+    assert log.scans[0].beams.tolist() == [0, 1, 3]
+
+
+def test_what_may_tell_a_motion_and_is_not_read_is_named(bag):
+    imu = "sensor_msgs/msg/Imu"
+    zeros = {f"{name}_covariance": np.zeros(9) for name in ("orientation", "angular_velocity")}
+    bag.scan(10.0)
+    bag.add("/imu", imu, 10.0, linear_acceleration_covariance=np.zeros(9), **zeros)
+
+    log = read_log(bag.close())
+
+    assert log.remarks == ("not read: '/imu' (sensor_msgs/msg/Imu, 1 messages)",)

@@ -187,9 +187,30 @@ def test_titles_that_are_no_table_are_refused_by_their_words(save, titles, row, 
         read_log(save(f"{titles}\n{row}\n"))
 
 
-def test_two_columns_without_titles_that_look_like_a_sweep_are_told(save):
-    rows = "".join(f"{a},{r}\n" for a, r in zip(ANGLES, RANGES[0], strict=True))
+@pytest.mark.parametrize("unit", ["radians", "degrees"])
+@pytest.mark.parametrize("numbered", [True, False])
+def test_directions_without_titles_that_run_evenly_are_read_and_told(save, unit, numbered):
+    angles = np.degrees(ANGLES) if unit == "degrees" else ANGLES
+    scans = range(K) if numbered else [0]
+    rows = [f"{k},{a:.4f},{r}\n" for k in scans for a, r in zip(angles, RANGES[k], strict=True)]
+
+    log = read_log(save("".join(row if numbered else row[2:] for row in rows)))
+
+    assert f"read as angles in {unit} and ranges" in log.remarks[0]
+    for scan, ranges in zip(log.scans, RANGES, strict=False):
+        points = ranges[:, None] * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
+        np.testing.assert_allclose(scan.points, points, atol=1e-3)
+
+
+def test_columns_without_titles_that_run_one_way_unevenly_are_told(save):
+    angles = ANGLES + np.random.default_rng(3).uniform(-0.04, 0.04, B)
+    rows = "".join(f"{a},{r}\n" for a, r in zip(angles, RANGES[0], strict=True))
     assert "if they are angles and ranges, say so in a header" in read_log(save(rows)).remarks[0]
+
+
+def test_points_of_walls_without_titles_are_points(save):
+    rows = "".join(f"{k},{2 * np.cos(a)},{2 * np.sin(a)}\n" for k in range(3) for a in ANGLES)
+    assert (read_log(save(rows)).format, read_log(save(rows)).remarks) == ("points", ())
 
 
 # What the caller says
@@ -237,13 +258,16 @@ OPTIONS = {
     "no_return": 3.0,
     "laser_offset": (0.1, 0.0, 0.0),
     "time_increment": 1e-4,
+    "angle_unit": "rad",
+    "blind_beams": [0],
+    "frame": "",
     "topic": "/scan",
     "odometry_topic": "/odom",
 }
 USELESS = {
-    "carmen": {"topic", "odometry_topic"},
+    "carmen": {"topic", "odometry_topic", "angle_unit", "frame"},
     "ranges": {"laser_offset", "topic", "odometry_topic"},
-    "polar": OPTIONS.keys() - {"no_return", "time_increment"},
+    "polar": OPTIONS.keys() - {"no_return", "time_increment", "angle_unit", "blind_beams"},
     "points": OPTIONS.keys(),
 }
 
