@@ -26,20 +26,20 @@ LUNR = Path(
 MESSAGES = "what you see"  # the head of a table whose rows begin with a message
 UNREAD = (nodes.comment, nodes.raw, nodes.target, nodes.substitution_definition)
 UNREAD += (nodes.literal_block, nodes.math_block)
-Entry = tuple[str, str, str, str]  # anchor, kind, title, text
+Entry = tuple[str, str, str, str, str]  # anchor, kind, title, text, page that explains the term
 
 
 def write_excerpts(app: Sphinx, error: Exception | None) -> None:
     """Write the script when the pages are built, and the library that searches it.
 
-    An entry has the page, its title, the parts of an `Entry`, and the names of Greek letters.
+    A row has the page, its title, the parts of an `Entry`, and the names of Greek letters.
     """
     if error is None and app.builder.name == "html":
         rows = []
         for page in sorted(app.env.found_docs):
             tree = app.env.get_doctree(page)
             title = app.env.titles[page].astext() if page in app.env.titles else page
-            rows += [[page, title, *entry, greek(" ".join(entry))] for entry in entries(tree)]
+            rows += [[page, title, *entry, greek(" ".join(entry[:4]))] for entry in entries(tree)]
         table = json.dumps(rows, ensure_ascii=False, separators=(",", ":"))
         Path(app.outdir, FILE).write_text(f"window.labbookExcerpts = {table};\n", "utf-8")
         shutil.copy(str(LUNR), Path(app.outdir, "_static"))
@@ -52,11 +52,11 @@ def entries(tree: nodes.Element) -> Iterator[Entry]:
     --------
     >>> scans = nodes.section("", nodes.title("", "Scans"), nodes.paragraph("", "Many."), ids=["s"])
     >>> list(entries(scans))
-    [('s', 'section', 'Scans', 'Many.')]
+    [('s', 'section', 'Scans', 'Many.', '')]
     """
     for node in tree.findall(_is_entry):
         if isinstance(node, nodes.row):
-            yield _section_of(node)["ids"][-1], "message", node[0].astext(), node[1].astext()
+            yield _section_of(node)["ids"][-1], "message", node[0].astext(), node[1].astext(), ""
             continue
         target = next(iter(node.findall(nodes.term)), node)
         ids = target["ids"] or node["ids"] or [""]
@@ -64,7 +64,9 @@ def entries(tree: nodes.Element) -> Iterator[Entry]:
         if isinstance(node, nodes.Admonition):
             title = title.removeprefix("Exercise").strip() or "Exercise"
         passage = " ".join(" ".join(map(_text, node.children[1:])).split())
-        yield ids[-1], _kind_of(node), title, re.sub(r" (?=[.,;)])", "", passage)
+        kind = _kind_of(node)
+        chapter = _chapter_of(node) if kind == "term" else ""
+        yield ids[-1], kind, title, re.sub(r" (?=[.,;)])", "", passage), chapter
 
 
 def _is_entry(node: nodes.Node) -> bool:
@@ -82,6 +84,14 @@ def _kind_of(node: nodes.Node) -> str:
     if isinstance(node, nodes.section):
         return "section"
     return "term" if isinstance(node, nodes.definition_list_item) else "exercise"
+
+
+def _chapter_of(node: nodes.Element) -> str:
+    """The chapter to which an explanation leads, by its page; "" where it leads to none."""
+    for link in node.findall(addnodes.pending_xref):
+        if match := re.search(r"notebooks/\w+", link["reftarget"]):
+            return match[0]
+    return ""
 
 
 def _section_of(node: nodes.Element) -> nodes.Element:

@@ -9,6 +9,7 @@
   const KINDS = { message: 1.5, term: 1.3, section: 1, exercise: 0.5 };
   const ASIDE = /^(book\/(api|decisions)|notebooks\/assignment)/;
   const LESS = 0.4; // weight of pages aside, which few read for an answer
+  const [PAGE, KIND, CHAPTER] = [0, 3, 6]; // columns of an entry
   const folder = document.documentElement.dataset.content_root;
 
   const load = (file) =>
@@ -24,7 +25,7 @@
       this.pipeline.remove(lunr.trimmer); // it would cut Greek letters off
       this.ref("number");
       for (const [field, boost] of Object.entries(FIELDS)) this.field(field, { boost });
-      entries.forEach(([page, pageTitle, , kind, title, text, greek], number) => {
+      entries.forEach(([page, pageTitle, , kind, title, text, , greek], number) => {
         const boost = KINDS[kind] * (ASIDE.test(page) ? LESS : 1);
         this.add({ number, title, page: pageTitle, text, greek }, { boost });
       });
@@ -62,7 +63,22 @@
       }
     }
     const points = ({ sum, met }) => (sum * met) / words.length;
-    return [...found.values()].sort((a, b) => points(b) - points(a)).slice(0, MOST);
+    const results = [...found.values()].sort((a, b) => points(b) - points(a));
+    return withOneTermAhead(results).slice(0, MOST);
+  };
+
+  // The glossary says what a word means, and a chapter explains it: behind the best of its entries
+  // stands the place in that chapter that fits best, and its other entries come later.
+  const withOneTermAhead = (results) => {
+    const isTerm = ({ entry }) => entry[KIND] === "term";
+    const [term, ...otherTerms] = results.filter(isTerm);
+    const places = results.filter((result) => !isTerm(result));
+    if (!term) return places;
+    const chapter = places.find(({ entry }) => entry[PAGE] === term.entry[CHAPTER]);
+    const [nearest, ...farther] = places.filter((place) => place !== chapter);
+    const isTermBest = results[0] === term;
+    const head = isTermBest ? [term, chapter, nearest] : [nearest, term, chapter];
+    return [...head.filter(Boolean), ...otherTerms, ...farther];
   };
 
   const escaped = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");

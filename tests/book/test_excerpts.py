@@ -16,8 +16,8 @@ def test_an_exercise_is_one_entry_with_its_text_and_its_section_does_not_repeat_
     page = section("Rotation", nodes.paragraph("", "Angles."), exercise, id="rotation")
 
     assert list(entries(page)) == [
-        ("rotation", "section", "Rotation", "Angles."),
-        ("ex-a", "exercise", "1.1 (By hand)", "Turn a scan."),
+        ("rotation", "section", "Rotation", "Angles.", ""),
+        ("ex-a", "exercise", "1.1 (By hand)", "Turn a scan.", ""),
     ]
 
 
@@ -30,4 +30,4 @@ def test_a_row_of_a_table_of_messages_is_an_entry():
     table = nodes.table("", nodes.tgroup("", head, body, cols=2))
     page = section("When something goes wrong", table, id="wrong")
 
-    assert ("wrong", "message", "a result of nan", "the run failed") in list(entries(page))
+    assert ("wrong", "message", "a result of nan", "the run failed", "") in list(entries(page))

@@ -175,6 +175,7 @@ def test_the_search_finds_the_place_that_answers(browser, html):
             expect(page.locator("#search-results h2")).to_contain_text(f"“{question}”")
             first = links.evaluate_all("all => all.slice(0, 3).map(each => each.href)")
             assert any(place in each for each in first), question
+            assert sum("glossary" in each for each in first[:2]) < 2, question
         assert page.locator("[id=search-input]").count() == 1
         page.evaluate(AXE)
         assert page.evaluate(BARRIERS, None) == []

@@ -60,6 +60,7 @@ class QuietHandler(SimpleHTTPRequestHandler):
 def served(folder: Path) -> Iterator[str]:
     """Address of a server that shows a folder."""
     handler = partial(QuietHandler, directory=str(folder))
+    ThreadingHTTPServer.handle_error = lambda *_: None  # a page that is closed asks no more
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}"
