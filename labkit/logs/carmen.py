@@ -64,14 +64,21 @@ def read(source: Source) -> Reading:
 
 def _laser_lines(source: Source) -> Iterator[LaserLine]:
     for number, text in source.lines():
-        word = text[:16].split(maxsplit=1)[:1]
         try:
-            if word == ["FLASER"]:
-                yield _parse_flaser(number, text.split(), source)
-            elif word == ["ROBOTLASER1"]:
-                yield parse_robotlaser(number, text.split(), source)
+            if line := _parse_line(number, text, source):
+                yield line
         except LabkitError as damage:
             source.report.skip(number, damage)
+
+
+def _parse_line(number: int, text: str, source: Source) -> LaserLine | None:
+    """A laser line; None for a line of another first word."""
+    word = text[:16].split(maxsplit=1)[:1]
+    if word == ["FLASER"]:
+        return _parse_flaser(number, text.split(), source)
+    if word == ["ROBOTLASER1"]:
+        return parse_robotlaser(number, text.split(), source)
+    return None
 
 
 def scanner_trajectories(
@@ -174,6 +181,24 @@ def largest_usual(gaps: FloatArray) -> float:
     return float(np.sort(gaps)[-1 - few])
 
 
+def read_wheels(source: Source) -> FloatArray:
+    """The robot's poses of ``ODOM`` lines, or else of laser lines, rows (t, x, y, θ)."""
+    odom, laser = list[tuple[float, ...]](), list[tuple[float, ...]]()
+    for number, text in source.lines():
+        fields = text.split()
+        try:
+            if fields[:1] == ["ODOM"]:
+                expect_fields(fields, 10, "ODOM")
+                odom.append((_parse_stamp(*fields[-3:]), *parse_pose(fields[1:4], "the robot")))
+            elif line := _parse_line(number, text, source):
+                laser.append((line.sweep.scan.stamp, *line.robot))
+        except LabkitError as damage:
+            source.report.skip(number, damage)
+    if not odom and not laser:
+        raise LogError(f"{source.report.file}: a carmen log without a pose of the robot")
+    return np.array(odom or laser)
+
+
 def _is_carmen(source: Source) -> bool:
     return bool(source.words & WORDS)
 
@@ -184,4 +209,5 @@ READER = Reader(
     recognises=_is_carmen,
     uses=USES,
     read=read,
+    read_wheels=read_wheels,
 )

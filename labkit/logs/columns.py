@@ -179,3 +179,17 @@ def are_titles(row: Sequence[str]) -> bool:
     return numbers == [str(number) for number in range(first, first + len(numbers))] and (
         len(numbers) < len(filled) or len(numbers) >= FEWEST_NUMBERED
     )
+
+
+def choose_clocks(columns: Sequence[Column]) -> list[tuple[int, float]]:
+    """Columns of the clock and their units [s], which add up.
+
+    The scanner's own clock goes before others; seconds and nanoseconds make one stamp.
+    """
+    clocks = [column for column in columns if column.meaning == "clock" and column.number is None]
+    own = sorted(clocks, key=lambda column: CLOCKS.index(column.name))
+    chosen = own[:1]
+    if chosen and chosen[0].unit:
+        rest = (c for c in own[1:] if c.name == chosen[0].name and c.scale != chosen[0].scale)
+        chosen += [c for c in rest if {c.scale, chosen[0].scale} == {1.0, SECONDS["ns"]}][:1]
+    return [(columns.index(column), column.scale) for column in chosen]

@@ -146,15 +146,15 @@ def _settle_clock(reading: Reading, report: DamageReport) -> FloatArray:
     stamps = np.array([sweep.scan.stamp for sweep in sweeps])
     if not stamps.any():  # a clock that stands at zero is none
         return np.full(len(stamps), np.nan)
-    unit = 1.0 if reading.clock_is_named else unit_of(stamps)
-    if unit != 1.0:
+    unit, is_sure = (1.0, True) if reading.clock_is_named else unit_of(stamps)
+    if not is_sure:
         step = np.median(np.abs(np.diff(stamps))) if len(stamps) > 1 else stamps[0]
         report.remarks.append(
             f"the clock of the scans steps by {step:.4g}, which are no seconds: it is read as "
             f"{UNITS[unit]}, as the title `stamp_{UNITS[unit]}` of its column would say; the title "
             f"`stamp_s` says seconds"
         )
-        stamps = stamps / round(1.0 / unit)
+    stamps = stamps / round(1.0 / unit)
     if (late := np.flatnonzero(np.diff(stamps) <= 0.0) + 1).size:
         k = late[0]
         report.remarks.append(

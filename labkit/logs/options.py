@@ -58,8 +58,9 @@ class LogOptions:
         a text that does not declare it itself: ``T_w_laser = T_w_robot @ T_robot_laser``. By
         default as the transforms of a bag say, else zero.
     odometry : path-like or tuple (times, poses), optional
-        Wheel odometry of the robot in place of the log's own: a file in the format TUM, or times
-        [s], shape (M,), with poses, shape (M, 3). They are joined by the stamps of the scans.
+        Wheel odometry of the robot in place of the log's own: a file (a table of poses such as
+        TUM, a bag, CARMEN), or times [s], shape (M,), with poses, shape (M, 3). They are joined
+        by the stamps of the scans; poses of a table without a clock go one a scan.
     topic, odometry_topic : str, optional
         In a bag: the topic of the scans and of the odometry, where there are several.
     frame : str, optional
@@ -112,7 +113,7 @@ class LogOptions:
     )
     odometry: Odometry | None = field(
         default=None,
-        metadata={"help": "wheel odometry of the robot, TUM, on the clock of the scans"},
+        metadata={"help": "wheel odometry of the robot: a table (TUM), a bag"},
     )
     topic: str | None = field(
         default=None,
@@ -138,7 +139,7 @@ class LogOptions:
         is_pair = isinstance(given, Sequence) and len(given) == 2
         if not (given is None or isinstance(given, str | os.PathLike) or is_pair):
             raise InvalidParameterError(
-                f"must be a file in the format TUM, or (times, poses), got {given!r:.80}",
+                f"must be a file, or (times, poses), got {given!r:.80}",
                 parameter="odometry",
             )
 

@@ -17,13 +17,12 @@ import numpy as np
 from labkit.logs.clocks import parse_stamp
 from labkit.logs.columns import (
     CLOCK,
-    CLOCKS,
     DECLARED,
     GEOMETRY,
     HARMLESS,
     IN_ONE_WORD,
-    SECONDS,
     Column,
+    choose_clocks,
     list_fields,
     split_row,
 )
@@ -68,14 +67,14 @@ def layout_of(columns: Sequence[Column], file: str) -> Layout:
     numbered = [column.name for column in columns if column.number is not None]
     of_ranges = [name for name in numbered if name not in LEFT_OUT - {""}]
     beam = max(of_ranges, key=of_ranges.count) if of_ranges else None
-    beams, clocks = list[Column](), list[Column]()
+    beams = list[Column]()
     declared = dict[str, tuple[int, float]]()
     for k, column in enumerate(columns):
         is_beam = column.name == beam and column.number is not None
         if is_beam or (beam is None and column.meaning == "range"):
             beams.append(column)
         elif column.meaning == "clock":
-            clocks.append(column)
+            continue
         elif (name := IN_ONE_WORD.get(column.name, column.name)) in DECLARED:
             declared[name] = k, column.scale
         elif column.meaning != "scan" and (
@@ -90,7 +89,7 @@ def layout_of(columns: Sequence[Column], file: str) -> Layout:
         width=len(columns),
         beams=_order_beams(beams, columns, file),
         scale=beams[0].scale,
-        clocks=_choose_clocks(clocks, columns),
+        clocks=choose_clocks(columns),
         declared=declared,
         frame=next((k for k, column in enumerate(columns) if column.name == "frame_id"), None),
     )
@@ -111,16 +110,6 @@ def _order_beams(beams: Sequence[Column], columns: Sequence[Column], file: str) 
     if len(units) > 1:
         raise LogError(f"{file}: the beams have units of their own, {', '.join(sorted(units))}")
     return [columns.index(column) for column in ordered]
-
-
-def _choose_clocks(clocks: Sequence[Column], columns: Sequence[Column]) -> list[tuple[int, float]]:
-    """The scanner's own clock before others; seconds and nanoseconds of one stamp together."""
-    own = sorted(clocks, key=lambda column: CLOCKS.index(column.name))
-    chosen = own[:1]
-    if chosen and chosen[0].unit:
-        rest = (c for c in own[1:] if c.name == chosen[0].name and c.scale != chosen[0].scale)
-        chosen += [c for c in rest if {c.scale, chosen[0].scale} == {1.0, SECONDS["ns"]}][:1]
-    return [(columns.index(column), column.scale) for column in chosen]
 
 
 def are_ranges(table: Table) -> bool:

@@ -10,13 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from labkit.logs import array_files, carmen, g2o, points, ranges, rosbag
+from labkit.logs import array_files, carmen, g2o, points, ranges, ros_echo, rosbag
 from labkit.logs.doubts import make_scans
 from labkit.logs.lines import DamageReport, shorten
 from labkit.logs.log import Log
 from labkit.logs.options import LogOptions
 from labkit.logs.reader import FOREIGN, Progress, Reader, Source, is_value
-from labkit.logs.trajectories import odd_steps, read_tum, scanner_track
+from labkit.logs.stored import StoredScans
+from labkit.logs.trajectories import odd_steps, scanner_track
+from labkit.logs.wheels import read_table
+from labkit.scan import scanner_poses
 from labkit.support.arrays import FloatArray, as_poses, as_stamps, check_function, check_kind
 from labkit.support.errors import InvalidParameterError, LogError
 from labkit.support.extras import MissingExtraError
@@ -26,6 +29,7 @@ READERS: tuple[Reader, ...] = (  # the first that recognises a file reads it
     array_files.READER,
     g2o.READER,
     carmen.READER,
+    ros_echo.READER,
     ranges.READER,
     *points.READERS,
 )
@@ -98,16 +102,11 @@ def read_log(
     scans = make_scans(reading, report, given.no_return)
     odometry = reading.odometry
     if given.odometry is not None or reading.track is not None:
-        if np.isnan(scans.stamps).any():
-            raise LogError(
-                f"{report.file}: holds no times, which `odometry` (`--odometry`) needs; give its "
-                f"table a column `stamp` in seconds"
-            )
-        wheels, name = _wheels(given, reading.track, report.file)
+        track = _wheels(given, reading.track, report)
         offset = given.offset
         if given.laser_offset is None and reading.offset is not None:
             offset = reading.offset
-        odometry, gaps = scanner_track(scans, name, wheels[:, 0], wheels[:, 1:], offset)
+        odometry, gaps = _poses_of_scanner(track, scans, report.file, given, offset)
         report.remarks.extend(gaps)
     if left_out := [content for content in reading.contents if not content.use]:
         names = ", ".join(f"{content.name!r} ({content.kind})" for content in left_out)
@@ -174,17 +173,56 @@ def _way_out(source: Source) -> str:
     return ""
 
 
-def _wheels(options: LogOptions, track: FloatArray | None, file: str) -> tuple[FloatArray, str]:
-    """The robot's poses, rows (t, x, y, θ), by the caller or the log, and a name for messages."""
+def _wheels(options: LogOptions, track: FloatArray | None, report: DamageReport) -> FloatArray:
+    """The robot's poses, rows (t [s], x [m], y [m], θ [rad]), by the caller or else the log."""
     if options.odometry is None:
         assert track is not None
-        return track, file
+        return track
     if isinstance(options.odometry, str | os.PathLike):
-        times, poses = read_tum(options.odometry)
-        return np.column_stack([times, poses]), os.fspath(options.odometry)
+        return read_wheels(options.odometry, options, report)
     poses = as_poses(options.odometry[1], "odometry")
     times = as_stamps(options.odometry[0], "odometry", len(poses))
-    return np.column_stack([times, poses]), "`odometry`"
+    return np.column_stack([times, poses])
+
+
+def read_wheels(
+    path: str | os.PathLike[str], options: LogOptions, report: DamageReport
+) -> FloatArray:
+    """Wheels from a file beside the log, by the readers of logs or as a table of poses."""
+    own = DamageReport(path, strict=False)
+    source = Source(own, LogOptions(odometry_topic=options.odometry_topic))
+    by_format = (reader for reader in READERS if reader.read_wheels and reader.recognises(source))
+    reader = next(by_format, None)
+    if reader is None or reader.read_wheels is None:
+        track = read_table(source)
+    else:
+        track = reader.read_wheels(source)
+    report.remarks.extend(own.remarks)
+    report.skipped.extend(own.skipped)
+    return track
+
+
+def _poses_of_scanner(
+    track: FloatArray, scans: StoredScans, file: str, options: LogOptions, offset: FloatArray
+) -> tuple[FloatArray, list[str]]:
+    """Poses of the scanner at its scans by the robot's track, and remarks on gaps."""
+    name = file if options.odometry is None else "`odometry`"
+    if isinstance(options.odometry, str | os.PathLike):
+        name = os.fspath(options.odometry)
+    if not np.isnan(track[:, 0]).any():
+        if np.isnan(scans.stamps).any():
+            raise LogError(
+                f"{file}: holds no times, which `odometry` (`--odometry`) needs; give its table "
+                f"a column `stamp` in seconds, or take the clock out of the poses, one a scan"
+            )
+        return scanner_track(scans, name, track[:, 0], track[:, 1:], offset)
+    poses = track[slice(*options.part), 1:] if len(track) != len(scans) else track[:, 1:]
+    if len(poses) != len(scans):
+        raise LogError(
+            f"{name}: {len(track)} poses without a clock for {len(scans)} scans; give both a "
+            f"column `stamp`"
+        )
+    return scanner_poses(poses, offset), []
 
 
 def refuse_unusable(options: LogOptions, reader: Reader, file: str) -> None:

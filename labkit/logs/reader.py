@@ -200,6 +200,9 @@ class Reader:
         Options of `LogOptions` that not every format can use, and this one can.
     read : function of a Source
         Reads the file; damage goes into the source's report, and nothing raises but `LogError`.
+    read_wheels : function of a Source, or None
+        Reads the wheels of a file beside the log: rows (t [s], x [m], y [m], θ [rad]). Without
+        it, a file is read as a table of poses.
     """
 
     name: str
@@ -207,3 +210,4 @@ class Reader:
     recognises: Callable[[Source], bool]
     uses: tuple[str, ...] = ()
     read: Callable[[Source], Reading]
+    read_wheels: Callable[[Source], FloatArray] | None = None

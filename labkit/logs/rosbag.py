@@ -95,10 +95,9 @@ def read(source: Source) -> Reading:
     with closing(bag.reader):
         scans = _choose(bag, SCANS, options.topic, "topic", report.file)
         if scans is None:
-            held = ", ".join(f"{t.name} ({t.msgtype}, {n})" for t, n in bag.counts().items())
             raise LogError(
-                f"{report.file}: a bag without any scan, expected {LASER_SCAN} messages; it holds "
-                f"{held or 'nothing'}"
+                f"{report.file}: a bag without any scan, expected {LASER_SCAN} messages; "
+                f"{_held(bag)}"
             )
         odometry = _choose(bag, (ODOMETRY,), options.odometry_topic, "odometry_topic", report.file)
         transforms = Transforms()
@@ -116,6 +115,33 @@ def read(source: Source) -> Reading:
         clock_is_named=True,
         contents=contents,
     )
+
+
+def read_wheels(source: Source) -> FloatArray:
+    """Wheels by the bag's topic of odometry, or by the transforms that move on ``odom``."""
+    report = source.report
+    bag = _open(source.path, bag_kind(source), report.file)
+    wanted = source.options.odometry_topic
+    with closing(bag.reader):
+        topic = _choose(bag, (ODOMETRY,), wanted, "odometry_topic", report.file)
+        if topic is not None:
+            return _track(bag, topic, report)
+        transforms = Transforms()
+        for each in bag.topics(TRANSFORMS):
+            _read_transforms(bag, each, report, transforms)
+        on_odometry = [
+            name for name in transforms.moving if "odom" in transforms.first[name].parent
+        ]
+        motion = find_motion(on_odometry[0], transforms) if len(on_odometry) == 1 else None
+        if motion is None:
+            raise LogError(f"{report.file}: a bag without wheels; {_held(bag)}")
+        return motion.track
+
+
+def _held(bag: Bag) -> str:
+    """A clause on the topics of a bag."""
+    held = (f"{each.name} ({each.msgtype}, {count})" for each, count in bag.counts().items())
+    return f"it holds {', '.join(held) or 'nothing'}"
 
 
 def _read_scans(
@@ -325,4 +351,5 @@ READER = Reader(
         *("topic", "odometry_topic", "frame"),
     ),
     read=read,
+    read_wheels=read_wheels,
 )

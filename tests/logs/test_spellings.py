@@ -158,13 +158,23 @@ def test_a_clock_that_does_not_name_its_unit_is_read_and_told(save, unit, epoch)
     log = read_log(save("\n".join([titles, *rows])), angles=ENDS, strict=True)
 
     expect_scans(log, stamps)
+    if unit == "date" or epoch:  # the size of a date tells its unit surely
+        assert log.remarks == ()
+        return
     names = {"ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
-    assert unit == "date" or f"no seconds: it is read as {names[unit]}" in log.remarks[0]
-    if unit != "date":
-        told = re.search("the title `(.*?)` of its column would say", log.remarks[0])[1]
-        said = read_log(save("\n".join([titles.replace("time", told), *rows])), angles=ENDS)
-        expect_scans(said, stamps)
-        assert said.remarks == ()
+    assert f"no seconds: it is read as {names[unit]}" in log.remarks[0]
+    told = re.search("the title `(.*?)` of its column would say", log.remarks[0])[1]
+    said = read_log(save("\n".join([titles.replace("time", told), *rows])), angles=ENDS)
+    expect_scans(said, stamps)
+    assert said.remarks == ()
+
+
+def test_a_time_of_day_is_a_clock(save):
+    rows = [f"13:12:5{k}.25,{','.join(map(str, row))}" for k, row in enumerate(RANGES)]
+    titles = ",".join(["time", *(f"r{k}" for k in range(B))])
+    log = read_log(save("\n".join([titles, *rows])), angles=ENDS, strict=True)
+    np.testing.assert_allclose(np.diff(log.stamps), np.ones(K - 1))
+    assert log.remarks == ()
 
 
 @pytest.mark.parametrize(

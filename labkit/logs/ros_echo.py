@@ -1,0 +1,109 @@
+"""What ``ros2 topic echo --csv`` prints: the fields of a message in their order, without titles.
+
+::
+
+    sec, nanosec, frame_id, angle_min, angle_max, angle_increment, time_increment, scan_time,
+    range_min, range_max, ranges…, intensities…                          (LaserScan)
+
+    sec, nanosec, frame_id, child_frame_id, x, y, z, qx, qy, qz, qw, …   (Odometry)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from labkit.logs.columns import split_row
+from labkit.logs.lines import (
+    DamagedLine,
+    expect_near,
+    is_number,
+    parse_finite,
+    parse_numbers,
+    planar_heading,
+)
+from labkit.logs.log import Content
+from labkit.logs.reader import Reader, Reading, Source, Sweep
+from labkit.support.arrays import FloatArray
+from labkit.support.errors import InvalidParameterError, LogError
+
+HEADER = 10  # fields of a LaserScan before its ranges
+FEWEST_BEAMS = 4
+POSE = slice(4, 11)  # x, y, z and the quaternion of an Odometry
+
+
+def read(source: Source) -> Reading:
+    """Read a sweep of each printed LaserScan."""
+    sweeps = source.sweeps(_sweeps(source))
+    contents = [Content("sensor_msgs/LaserScan", f"{len(sweeps)} messages", "scans")]
+    return Reading(sweeps=sweeps, clock_is_named=True, contents=contents)
+
+
+def _sweeps(source: Source) -> Iterator[Sweep]:
+    for number, text in source.lines():
+        row = split_row(text)
+        try:
+            if row:
+                yield _parse_scan(number, row, source)
+        except (DamagedLine, InvalidParameterError) as damage:
+            source.report.skip(number, damage)
+
+
+def _parse_scan(number: int, row: Sequence[str], source: Source) -> Sweep:
+    scanner, report = source.scanner, source.report
+    values = parse_numbers([*row[:2], *row[3:HEADER]], "field")
+    sec, nanosec, first, last, step, beam_time, _, *band = values
+    unit = scanner.radians()
+    count = _beam_count(len(row) - HEADER, first, last, step)
+    angles = scanner.beams(count, unit * first, unit * step, report, unit * last)
+    scan = scanner.scan(
+        parse_numbers(row[HEADER : HEADER + count], "range"),
+        angles,
+        report,
+        stamp=sec + 1e-9 * nanosec,
+        band=(band[0], band[1]),
+        time_increment=beam_time,
+    )
+    return Sweep(number, scan, row[2])
+
+
+def _beam_count(count: int, first: float, last: float, step: float) -> int:
+    """Number of ranges in front of intensities: all fields, or half of them."""
+    if step == 0.0 or count % 2:
+        return count
+    declared = abs(last - first) / abs(step)
+    return count if abs(count - declared) <= abs(count / 2 - declared) else count // 2
+
+
+def read_wheels(source: Source) -> FloatArray:
+    """Rows (t [s], x [m], y [m], θ [rad]) of printed messages of Odometry."""
+    rows = list[tuple[float, float, float, float]]()
+    for number, text in source.lines():
+        row = split_row(text)
+        try:
+            if row:
+                sec, nanosec = parse_numbers(row[:2], "stamp")
+                x, y, _, *q = (parse_finite(field, "a field of the pose") for field in row[POSE])
+                expect_near(x, y, "the position")
+                rows.append((sec + 1e-9 * nanosec, x, y, planar_heading(*q)))
+        except DamagedLine as damage:
+            raise LogError(f"{source.report.file}:{number}: {damage}") from None
+    return np.array(rows)
+
+
+def _is_echo(source: Source) -> bool:
+    """Recognise a stamp in two whole numbers, the word of a frame, and more numbers."""
+    row = next(iter(source.table.rows), [])
+    is_message = len(row) >= HEADER + FEWEST_BEAMS and row[0].isdigit() and row[1].isdigit()
+    return is_message and not is_number(row[2]) and all(map(is_number, row[4:]))
+
+
+READER = Reader(
+    name="ros_echo",
+    files="what `ros2 topic echo --csv` prints",
+    recognises=_is_echo,
+    uses=(*("angles", "no_return", "time_increment", "angle_unit", "blind_beams", "frame"),),
+    read=read,
+    read_wheels=read_wheels,
+)
