@@ -25,11 +25,13 @@ HANDED_OUT = (
     "requirements.txt",
     ".binder",
     ".devcontainer",
+    ".github/ISSUE_TEMPLATE/question.yml",
     ".gitignore",
 )
 KEPT_BACK = (
     "book/benchmark.md",
     "book/decisions.md",
+    "book/host.md",
     "book/_static/benchmark*",
     "labkit/course/authoring/*",
     "labkit/course/assignment/hidden*",

@@ -17,7 +17,7 @@ from figures import make_figures
 from folds import tidy_cells
 from formulas import draw_formulas
 from killian_map import PICTURE
-from launch import settle_buttons
+from launch import settle_buttons, settle_footer
 from lighter import ICONS, lighten
 from predictions import mark_all
 from sphinx.application import Sphinx
@@ -79,7 +79,7 @@ def describe(
 
 
 STEPS = {
-    "config-inited": (compile_stages, settle_buttons),
+    "config-inited": (compile_stages, settle_buttons, settle_footer),
     "env-before-read-docs": (start_notebooks, provide_map),
     "source-read": (for_lab.restore,),
     "autodoc-process-signature": (api.hide_signature,),

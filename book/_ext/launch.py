@@ -1,11 +1,15 @@
 """The launch buttons, and the cell that makes a notebook run where labkit is missing.
 
-Both follow from one line of `_config.yml`, the address of the repository that students
-open. Without it there are neither: a button that leads nowhere is worse than none.
+Both follow from the address of the repository that students open: a line of `_config.yml`, or the
+variable STUDENTS_REPOSITORY of the workflow that publishes (NAME/REPOSITORY on GitHub). Without it
+there are neither: a button that leads nowhere is worse than none.
 """
 
 from __future__ import annotations
 
+import os
+import re
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +19,8 @@ from nbformat.v4 import new_code_cell
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.errors import ExtensionError
+
+import labkit
 
 CELL_ID = "install-labkit"
 EXTRAS = "killian,notebooks"
@@ -28,9 +34,22 @@ if importlib.util.find_spec("labkit") is None:
 
 
 def repository(config: Path) -> tuple[str, str]:
-    """Address and branch of the students' repository in a `_config.yml`; "" where it has none."""
+    """Address and branch of the students' repository; "" where neither place names it."""
     entry = (yaml.safe_load(config.read_text("utf-8")) or {}).get("repository") or {}
-    return str(entry.get("url") or "").rstrip("/"), str(entry.get("branch") or "main")
+    name = os.environ.get("STUDENTS_REPOSITORY")
+    url = entry.get("url") or (f"https://github.com/{name}" if name else "")
+    return str(url).rstrip("/"), str(entry.get("branch") or "main")
+
+
+def with_address(config: str, url: str) -> str:
+    """Write the address of the students' repository into the text of a `_config.yml`."""
+    return re.sub(r'(?m)^  url: "".*$', f'  url: "{url}"', config) if url else config
+
+
+def pages_address(url: str) -> str:
+    """Where GitHub shows the pages of a repository; "" for a repository elsewhere."""
+    match = re.fullmatch(r"https://github\.com/([\w.-]+)/([\w.-]+)", url)
+    return f"https://{match[1].lower()}.github.io/{match[2]}/" if match else ""
 
 
 def add_install_cell(notebook: NotebookNode, url: str, branch: str) -> None:
@@ -48,8 +67,19 @@ def settle_buttons(app: Sphinx, config: Config) -> None:
     url = str(options.get("repository_url") or "")
     if not url:
         options["launch_buttons"] = {}
+        options["use_issues_button"] = False
     elif not (url.startswith("https://") and len(url.split("/")) >= 5):
         raise ExtensionError(
             f"_config.yml, repository url: must be like https://github.com/NAME/REPOSITORY, "
             f"or empty for pages without launch buttons, got {url!r}"
         )
+    elif not config.html_baseurl:
+        config.html_baseurl = pages_address(url)
+
+
+def settle_footer(app: Sphinx, config: Config) -> None:
+    """Say in the footer which version a page is of, and of which year."""
+    commit = os.environ.get("GITHUB_SHA", "")[:7]
+    config.copyright = str(date.today().year)
+    version = f"labkit {labkit.__version__}" + (f", commit {commit}" if commit else "")
+    config.html_theme_options["extra_footer"] = version

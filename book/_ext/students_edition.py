@@ -19,6 +19,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
 import for_lab
@@ -29,7 +30,7 @@ from leaks import find_leaks, only_secret
 from solutions import SolutionMarkError, refuse_untagged, strip_notebook
 
 ROOT = Path(__file__).parents[2]
-STAFF_PAGES = r"benchmark|decisions"
+STAFF_PAGES = r"benchmark|decisions|host"
 COMMANDS = ("help", "book", "lab", "clean")  # whose files students get
 README = """\
 # ICP-based motion estimation: the lab
@@ -56,6 +57,7 @@ def write_source(root: Path, to: Path) -> tuple[int, frozenset[str]]:
     Returns how many solutions went, and the runs of words that only they have.
     """
     url, branch = launch.repository(root / "_config.yml")
+    edits = EDITED | {"_config.yml": partial(launch.with_address, url=url)}
     secret: list[str] = []
     public: list[str] = [README]
     lookup = for_lab.read_lookup(root)
@@ -79,7 +81,7 @@ def write_source(root: Path, to: Path) -> tuple[int, frozenset[str]]:
             original = path.read_text("utf-8", errors="replace")
             if path.suffix == ".md":
                 refuse_untagged(original, name)
-            if edit := EDITED.get(path.suffix, EDITED.get(name)):
+            if edit := edits.get(path.suffix, edits.get(name)):
                 target.write_text(edit(original), "utf-8", newline="\n")
         public.append(original)
     (to / "README.md").write_text(README, "utf-8", newline="\n")

@@ -283,7 +283,36 @@ def test_a_notebook_fetches_labkit_where_it_is_missing(course, lab):
 
 def options(url: str) -> SimpleNamespace:
     buttons = {"repository_url": url, "launch_buttons": {"colab_url": "x"}}
-    return SimpleNamespace(html_theme_options=buttons)
+    return SimpleNamespace(html_theme_options=buttons, html_baseurl="", copyright="")
+
+
+def test_the_workflow_s_variable_names_the_repository_in_the_configuration_that_it_hands_out(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("STUDENTS_REPOSITORY", "Some-School/lab")
+    url, _ = launch.repository(ROOT / "_config.yml")
+    handed_out = tmp_path / "_config.yml"
+
+    text = (ROOT / "_config.yml").read_text("utf-8")
+    handed_out.write_text(launch.with_address(text, url), "utf-8")
+
+    monkeypatch.delenv("STUDENTS_REPOSITORY")
+    assert launch.repository(handed_out) == ("https://github.com/Some-School/lab", "main")
+
+
+def test_the_pages_of_a_repository_on_github_know_their_address():
+    launch.settle_buttons(None, config := options("https://github.com/Some-School/lab"))
+
+    assert config.html_baseurl == "https://some-school.github.io/lab/"
+
+
+def test_the_footer_names_version_commit_and_year(monkeypatch):
+    monkeypatch.setenv("GITHUB_SHA", "0123456789abcdef")
+
+    launch.settle_footer(None, config := options(""))
+
+    assert config.html_theme_options["extra_footer"].endswith(", commit 0123456")
+    assert re.fullmatch(r"20\d\d", config.copyright)
 
 
 def test_without_an_address_there_are_no_buttons_and_one_that_leads_nowhere_is_refused():
