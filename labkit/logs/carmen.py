@@ -17,6 +17,7 @@ Every scan brings its own pose, so ``ODOM`` and all other first words are passed
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -30,6 +31,7 @@ from labkit.logs.lines import (
     parse_numbers,
     parse_pose,
 )
+from labkit.logs.log import Content
 from labkit.logs.reader import Reader, Reading, Source, Sweep
 from labkit.scan import scanner_poses
 from labkit.se2 import matrices_of, relative, to_xytheta, wrap
@@ -54,16 +56,26 @@ class LaserLine(NamedTuple):
 
 def read(source: Source) -> Reading:
     """Read the laser lines; where they say it, the laser's poses are its odometry."""
-    lines = source.part(_laser_lines(source))
+    words = Counter[str]()
+    lines = source.part(_laser_lines(source, words))
     if not lines:
         return Reading()
     odometry, reference = scanner_trajectories(lines, source.options.offset, source.report.file)
     sweeps = [line.sweep for line in lines]
-    return Reading(sweeps=sweeps, odometry=odometry, reference=reference)
+    contents = [Content(word, f"{count} lines", _use(word)) for word, count in words.items()]
+    return Reading(sweeps=sweeps, odometry=odometry, reference=reference, contents=contents)
 
 
-def _laser_lines(source: Source) -> Iterator[LaserLine]:
+def _use(word: str) -> str:
+    """What lines of a first word are read as; nothing for those of another scanner."""
+    if word in {"FLASER", "ROBOTLASER1"}:
+        return "scans"
+    return "" if "LASER" in word else "left aside"
+
+
+def _laser_lines(source: Source, words: Counter[str]) -> Iterator[LaserLine]:
     for number, text in source.lines():
+        words.update(text[:16].split(maxsplit=1)[:1])
         try:
             if line := _parse_line(number, text, source):
                 yield line

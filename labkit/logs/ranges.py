@@ -34,6 +34,7 @@ from labkit.logs.lines import (
     parse_finite,
     parse_numbers,
 )
+from labkit.logs.log import Content
 from labkit.logs.reader import Reader, Reading, Source, Sweep, Table, holds_values
 from labkit.logs.scanner import Scanner
 from labkit.support.arrays import FloatArray
@@ -44,9 +45,10 @@ MAX_UNEVENNESS = 0.5  # of a step: directions may be rounded
 FEWEST_POSITIVE = 30  # beams: the ranges of so many hardly ever run evenly, even along a wall
 FIRST_ROWS = 50  # tell whether rows end in a comma
 LEFT_OUT = HARMLESS | {"frame_id"}
-RISING = (
-    "the first column rises in every row: if it is a clock and no beam, say so in a header, as "
-    "`stamp,r0,r1,r2`"
+ENDS = (0, 1, 2, 3, -4, -3, -2, -1)  # columns in which a clock or a pose may stand
+OTHER_COLUMNS = (
+    "a first or a last column rises in every row, or holds negative numbers: if it is a clock or a "
+    "pose and no beam, say so in a header, as `stamp,r0,r1,r2`"
 )
 
 
@@ -60,6 +62,12 @@ class Layout:
     clocks: Sequence[tuple[int, float]]  # columns and units [s], which add up
     declared: Mapping[str, tuple[int, float]]  # columns and units of the fields in `DECLARED`
     frame: int | None = None  # the column of the scanner's frame
+
+
+def is_known(column: Column) -> bool:
+    """True for a clock, ranges, a number of the scan, and what a LaserScan declares."""
+    is_field = IN_ONE_WORD.get(column.name, column.name) in {*DECLARED, "frame_id"}
+    return is_field or column.meaning in {"clock", "range", "scan"}
 
 
 def layout_of(columns: Sequence[Column], file: str) -> Layout:
@@ -139,17 +147,30 @@ def read(source: Source) -> Reading:
         width = len(first_rows[0][1])
         beams = range(width - ends_in_comma)
         layout = Layout(width=width, beams=beams, scale=1.0, clocks=(), declared={})
-    _expect_directions(layout, first_rows[0][1], report, source.scanner)
-    sweeps = source.sweeps(_sweeps(chain(first_rows, rows), layout, source))
+    expect_directions(layout, first_rows[0][1], source)
+    sweeps = source.sweeps(sweeps_of_rows(chain(first_rows, rows), layout, source))
     is_named = any(table.columns[k].unit for k, _ in layout.clocks)
     if not table.columns:
-        _suspect_a_clock(sweeps, report)
-    return Reading(sweeps=sweeps, clock_is_named=is_named)
+        _suspect_other_columns(sweeps, report)
+    contents = _contents(table.columns, layout)
+    return Reading(sweeps=sweeps, clock_is_named=is_named, contents=contents)
 
 
-def _sweeps(
+def _contents(columns: Sequence[Column], layout: Layout) -> list[Content]:
+    """The columns of a table of ranges, and what they are read as."""
+    held = [Content(f"{len(layout.beams)} columns", "ranges of beams", "ranges")]
+    for k, column in enumerate(columns):
+        if k not in layout.beams:
+            held.append(
+                Content(column.title, "column", "read" if is_known(column) else "left aside")
+            )
+    return held
+
+
+def sweeps_of_rows(
     rows: Iterable[tuple[int, Sequence[str]]], layout: Layout, source: Source
 ) -> Iterator[Sweep]:
+    """Yield a sweep of each row, numbered, of a table of ranges."""
     for number, row in rows:
         try:
             expect_fields(row, layout.width, f"{len(layout.beams)} beams")
@@ -158,11 +179,18 @@ def _sweeps(
             source.report.skip(number, damage)
 
 
-def _suspect_a_clock(sweeps: Sequence[Sweep], report: DamageReport) -> None:
-    """Remark on a first beam that rises in every row of a table without titles."""
-    firsts = [np.asarray(sweep.scan.ranges)[0] for sweep in sweeps]
-    if len(firsts) > FEWEST_BEAMS and (np.diff(firsts) > 0.0).all():
-        report.remarks.append(RISING)
+def _suspect_other_columns(sweeps: Sequence[Sweep], report: DamageReport) -> None:
+    """Remark on columns at the ends of a table without titles that hold no ranges.
+
+    A clock rises in every row, and the poses of wheels are negative here or there.
+    """
+    if len(sweeps) <= FEWEST_BEAMS:
+        return
+    rows = np.array([np.asarray(sweep.scan.ranges)[[*ENDS]] for sweep in sweeps])
+    rises = (np.diff(rows, axis=0) > 0.0).all(axis=0)
+    is_negative = np.array([len(np.unique(column[column < 0.0])) > 2 for column in rows.T])
+    if (rises | is_negative).any():
+        report.remarks.append(OTHER_COLUMNS)
 
 
 def _refuse_directions(rows: Sequence[tuple[int, Sequence[str]]], file: str) -> None:
@@ -198,19 +226,17 @@ def _runs_evenly(numbers: FloatArray) -> bool:
     return bool((np.abs(numbers - even) <= MAX_UNEVENNESS * step).all())
 
 
-def _expect_directions(
-    layout: Layout, row: Sequence[str], report: DamageReport, scanner: Scanner
-) -> None:
+def expect_directions(layout: Layout, row: Sequence[str], source: Source) -> None:
     """Raise `LogError` unless the caller or the columns tell where the beams look."""
     declared = set(GEOMETRY) & layout.declared.keys()
-    if scanner.angles is not None or ("angle_min" in declared and len(declared) > 1):
+    if source.scanner.angles is not None or ("angle_min" in declared and len(declared) > 1):
         return
     count = len(layout.beams)
     if count == 1:
         count = len(list_fields(row[layout.beams[0]]))
     raise LogError(
-        f"{report.file}: rows of {count} numbers; if they are ranges, name the first and the "
-        f"last beam's direction [rad], as `angles=(-2.356, 2.356)`, for `labkit odometry` as "
+        f"{source.report.file}: rows of {count} numbers; if they are ranges, name the first and "
+        f"the last beam's direction [rad], as `angles=(-2.356, 2.356)`, for `labkit odometry` as "
         f"`--angles -2.356 2.356`, or in columns `angle_min` and `angle_increment`"
     )
 

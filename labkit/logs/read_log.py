@@ -40,7 +40,20 @@ FORMATS = (
 KILLIAN = "killian"  # the built-in run: MIT Killian Court, 3,873 scans over 1.9 km
 SUFFIXES = frozenset(
     {".gz", ".bz2", ".xz", ".zip"}
-    | {".log", ".clf", ".g2o", ".csv", ".tsv", ".txt", ".bag", ".db3", ".mcap", ".npy", ".npz"}
+    | {
+        ".log",
+        ".clf",
+        ".g2o",
+        ".csv",
+        ".tsv",
+        ".txt",
+        ".jsonl",
+        ".bag",
+        ".db3",
+        ".mcap",
+        ".npy",
+        ".npz",
+    }
 )
 
 

@@ -119,7 +119,7 @@ def test_a_clock_that_stands_or_jumps_is_told_and_costs_no_scan(scratch, text_of
     assert f"stands still or runs backwards {late} times" in log.remarks[0]
 
 
-@pytest.mark.parametrize("clock", ["stamp_ms", "time", None])
+@pytest.mark.parametrize("clock", ["stamp_ms", "time", "stamps", "time_stamps", None])
 @pytest.mark.parametrize("archive", [True, False])
 def test_arrays_of_numpy_are_read_by_their_names(save, clock, archive):
     file, unit = io.BytesIO(), 1e3 if clock == "stamp_ms" else 1.0
@@ -134,6 +134,18 @@ def test_arrays_of_numpy_are_read_by_their_names(save, clock, archive):
     np.testing.assert_allclose([scan.points for scan in log.scans], points)
     expected = STAMPS if clock and archive else np.full(K, np.nan)
     np.testing.assert_allclose(log.stamps, expected)
+
+
+def test_arrays_of_a_laser_scan_are_read_and_others_are_named(save):
+    file = io.BytesIO()
+    declared = {"angle_min": -1.0, "angle_increment": 2.0 / (B - 1), "range_max": np.full(K, 3.0)}
+    np.savez(file, ranges=RANGES, poses=np.zeros((K, 3)), intensities=RANGES, **declared)
+
+    log = read_log(save(file.getvalue(), "sweeps"))
+
+    np.testing.assert_allclose(log.scans[0].angles, ANGLES)
+    assert all((scan.ranges[scan.beams] < 3.0).all() for scan in log.scans)
+    assert log.remarks == ("not read: 'poses' (array (6, 3))",)
 
 
 @pytest.mark.parametrize(

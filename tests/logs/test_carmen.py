@@ -159,3 +159,9 @@ def test_killian_is_the_run_that_the_book_describes(killian):
 def test_the_name_wins_over_a_file_of_that_name(save, run, monkeypatch):
     monkeypatch.chdir(save(run, "killian").parent)
     assert [len(read_log(name)) for name in ("killian", "./killian")] == [3873, 5]
+
+
+def test_lines_of_another_laser_are_named(save, flaser):
+    rear = "RLASER" + flaser(FOUR)[6:]
+    log = read_log(save("ODOM 1 2 3\n" + "".join(flaser(FOUR, ipc=t) + rear for t in (1, 2, 3))))
+    assert (len(log), log.remarks) == (3, ("not read: 'RLASER' (3 lines)",))

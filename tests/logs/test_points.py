@@ -165,11 +165,18 @@ def test_a_column_that_is_neither_a_clock_nor_a_beam_is_refused_by_its_name(
         read_log(save(f"{','.join(names)}\n{row}\n"), angles=HALF_CIRCLE)
 
 
-def test_a_first_column_that_rises_in_every_row_is_told(save):
-    rows = [[0.1 * k, 4.0 - 0.1 * k, 2.0, 3.0, 2.5] for k in range(6)]
-    told = "the first column rises in every row: if it is a clock"
-    for header, table, said in (("", rows, 1), ("r0,r1,r2,r3,r4\n", rows, 0), ("", rows[::-1], 0)):
-        text = header + "".join(",".join(map(str, row)) + "\n" for row in table)
+CLOCK = 0.1 * np.arange(8)[:, None]
+POSES = np.column_stack([CLOCK, 0.3 - CLOCK, 0.05 - 0.02 * CLOCK])
+
+
+@pytest.mark.parametrize("other", [CLOCK, POSES], ids=["clock", "poses"])
+@pytest.mark.parametrize("behind", [True, False])
+def test_columns_without_titles_that_are_no_beams_are_told(save, other, behind):
+    rows = np.random.default_rng(2).uniform(1.0, 4.0, (8, 30)).round(3)
+    told = "a first or a last column rises in every row, or holds negative numbers"
+    mixed = np.hstack([rows, other] if behind else [other, rows])
+    for table, said in ((mixed, 1), (rows, 0)):
+        text = "".join(",".join(f"{value:.3f}" for value in row) + "\n" for row in table)
         remarks = read_log(save(text), angles=HALF_CIRCLE).remarks
         assert sum(remark.startswith(told) for remark in remarks) == said
 
