@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from labkit.logs import array_files, carmen, g2o, points, ranges, ros_echo, rosbag
+from labkit.logs import array_files, carmen, g2o, json_lines, points, ranges, ros_echo, rosbag
 from labkit.logs.doubts import make_scans
 from labkit.logs.lines import DamageReport, shorten
 from labkit.logs.log import Log
@@ -29,6 +29,7 @@ READERS: tuple[Reader, ...] = (  # the first that recognises a file reads it
     array_files.READER,
     g2o.READER,
     carmen.READER,
+    json_lines.READER,
     ros_echo.READER,
     ranges.READER,
     *points.READERS,

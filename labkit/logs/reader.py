@@ -27,8 +27,8 @@ ROWS_OF_HEAD = 5  # rows of a table that tell what it holds
 FOREIGN = {  # beginnings of files that others write, and the way out
     "header:": "is it printed by `rostopic echo`? labkit reads its tables (`-p`), and bags",
     "version https://git-lfs": "it stands for a file of Git LFS, which `git lfs pull` fetches",
-    "{": "is it JSON? write its ranges as a table, a scan a row",
-    "[{": "is it JSON? write its ranges as a table, a scan a row",
+    "{": "is it JSON? write a scan a line, each an object with `ranges`",
+    "[{": "is it JSON? write a scan a line, each an object with `ranges`",
     "[[": "is it a list of lists? write each of them in a row of its own",
     "[": "does a list go on in the next line? write each scan in a row of its own",
 }

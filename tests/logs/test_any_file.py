@@ -4,6 +4,7 @@ import bz2
 import codecs
 import gzip
 import io
+import json
 import lzma
 import sys
 import tracemalloc
@@ -40,6 +41,11 @@ def text_of(flaser, robotlaser):
         if kind == "ranges":
             body = "".join(f"{t},{','.join(map(str, row))}\n" for t, row in rows)
             return f"stamp,{beams}\n{body}"
+        if kind == "json":
+            lines = (
+                {"stamp": t, "angle_min": -1.0, "angle_max": 1.0, "ranges": r} for t, r in rows
+            )
+            return "".join(json.dumps(line) + "\n" for line in lines)
         if kind == "laser scan":
             body = "".join(f"{t},-1.0,{2 / (B - 1)},{','.join(map(str, row))}\n" for t, row in rows)
             return f"stamp,angle_min,angle_increment,{beams}\n{body}"
@@ -60,7 +66,7 @@ def text_of(flaser, robotlaser):
     return write
 
 
-KINDS = ["carmen", "g2o", "ranges", "laser scan", "polar", "points"]
+KINDS = ["carmen", "g2o", "json", "ranges", "laser scan", "polar", "points"]
 OPTIONS = {"ranges": {"angles": (-1.0, 1.0)}}
 PACKINGS = {
     "mark of UTF-8": lambda text: codecs.BOM_UTF8 + text.encode(),

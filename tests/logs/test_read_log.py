@@ -75,7 +75,8 @@ def test_the_name_of_a_run_goes_without_suffixes(save, run, name, expected):
             r"f: unknown format, the file begins with '\\x7fELF.*'; labkit",
         ),
         (b"header:\n  seq: 1\nranges: [1.0, 2.0]\n", "'header:': is it printed by `rostopic echo`"),
-        (b'{"data": [1.0, 2.0, 3.0]}\n', "is it JSON. write its ranges as a table"),
+        (b'{"data": [1.0, 2.0, 3.0]}\n', "is it JSON. write a scan a line, each an object"),
+        (b'{"ranges": [1.0, 2.0, 3.0, 4.0]}\n', "rows of 4 numbers; if they are ranges, name"),
         (
             b'[\n {\n  "ranges": [\n   3.29,\n   3.3\n  ]\n }\n]\n',
             "begins with '\\[': does a list go on",
