@@ -65,16 +65,16 @@ def settle_buttons(app: Sphinx, config: Config) -> None:
     """Drop the launch buttons where there is no repository; refuse an address that cannot be."""
     options: dict[str, Any] = config.html_theme_options
     url = str(options.get("repository_url") or "")
+    options["use_issues_button"] = bool(url)  # where students ask
     if not url:
         options["launch_buttons"] = {}
-        options["use_issues_button"] = False
-    elif not (url.startswith("https://") and len(url.split("/")) >= 5):
+        return
+    if not (url.startswith("https://") and len(url.split("/")) >= 5):
         raise ExtensionError(
             f"_config.yml, repository url: must be like https://github.com/NAME/REPOSITORY, "
             f"or empty for pages without launch buttons, got {url!r}"
         )
-    elif not config.html_baseurl:
-        config.html_baseurl = pages_address(url)
+    config.html_baseurl = config.html_baseurl or pages_address(url)
 
 
 def settle_footer(app: Sphinx, config: Config) -> None:

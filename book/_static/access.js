@@ -52,15 +52,14 @@ const make = (tag, attributes = {}, ...children) => {
   };
 
   // Both are done as soon as a table has been read, before it is seen: nothing below it jumps.
-  const settled = new WeakSet();
   const isFollowed = (node) =>
     node.nextElementSibling !== null ||
     (node !== document.body && isFollowed(node.parentElement));
   const settleTables = () => {
     for (const node of document.querySelectorAll(TABLE)) {
       const isRead = document.readyState !== "loading" || isFollowed(node);
-      if (settled.has(node) || !isRead) continue;
-      settled.add(node);
+      if (node.matches(".settled") || !isRead) continue;
+      node.classList.add("settled");
       if (!fold(node) && node.querySelector("thead") && node.scrollWidth > node.clientWidth)
         stack(node);
     }
@@ -72,6 +71,7 @@ const make = (tag, attributes = {}, ...children) => {
     reading.disconnect();
     if (isNarrow()) settleTables();
     const each = (selector, change) => document.querySelectorAll(selector).forEach(change);
+    each(TABLE, (node) => node.classList.add("settled"));
 
     // Names that say something else than what is to be read, and names that are missing.
     each(".search-button-field, details.hide > summary", (node) =>
