@@ -11,8 +11,9 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_complete
 from dataclasses import replace
 from pathlib import Path
 
+from labkit.grading.box.inside.limits import SECONDS
 from labkit.grading.box.inside.reading import is_source
-from labkit.grading.box.outside import IN_ALL, SECONDS, Wall, open_wall
+from labkit.grading.box.outside import Wall, open_wall
 from labkit.grading.box.watch import MachineError
 from labkit.grading.classroom.gradebooks import read_canvas, read_moodle
 from labkit.grading.classroom.gradescope import write_autograder
@@ -21,7 +22,7 @@ from labkit.grading.classroom.marks import find_student, read_adjustments, read_
 from labkit.grading.classroom.pages import templates
 from labkit.grading.classroom.results import SHOWN, Results, some, written_files
 from labkit.grading.classroom.store import VERDICTS, Record, read_records, write_record
-from labkit.grading.grade import FIRST, TakesLong, grade_one
+from labkit.grading.grade import TakesLong, grade_one
 from labkit.grading.questions import (
     Assignment,
     cases_beside,
@@ -161,8 +162,8 @@ def grade(args: argparse.Namespace) -> int:
         overwrite=args.overwrite,
         is_class=not is_source(args.submissions),
     )
-    share = FIRST if len(submissions) > 1 else IN_ALL
-    failures, slow = _grade(args, submissions, wall, records, share)
+    is_single = len(submissions) == 1
+    failures, slow = _grade(args, submissions, wall, records, in_full=is_single)
     if slow:
         results.write(records, failures | {submission.student: LAST for submission in slow})
         names_of_slow = some(submission.student for submission in slow)
@@ -170,7 +171,7 @@ def grade(args: argparse.Namespace) -> int:
             f"{len(slow)} of {len(submissions)} go last, since they take long: {names_of_slow}. "
             f"The results of the others are in {out} already"
         )
-        failures |= _grade(args, slow, wall, records, IN_ALL)[0]
+        failures |= _grade(args, slow, wall, records, in_full=True)[0]
     for remark in results.write(records, failures):
         _say(remark)
     students = [submission.student for submission in submissions]
@@ -215,12 +216,13 @@ def _grade(
     submissions: Sequence[Submission],
     wall: Wall,
     records: dict[str, Record],
-    share: float,
+    *,
+    in_full: bool,
 ) -> tuple[dict[str, str], list[Submission]]:
     """Grade side by side, store each record as it comes, and say why where there is none.
 
     Whatever goes wrong is one submission's own: it is named, and the others are graded. Returns
-    these failures, and the submissions that need more than the `share` of processor time.
+    these failures, and the submissions that need more than a first share of processor time.
     """
     failures: dict[str, str] = {}
     slow: list[Submission] = []
@@ -241,7 +243,7 @@ def _grade(
         def begin(submission: Submission) -> Future[Record]:
             record = records.get(submission.student)
             folder = str(args.assignment)
-            return executor.submit(grade_one, submission, folder, wall, record, share=share)
+            return executor.submit(grade_one, submission, folder, wall, record, in_full=in_full)
 
         graded = {begin(submission): submission for submission in submissions}
         again = []  # each by itself, when all others are done

@@ -15,17 +15,21 @@ import time
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from labkit.grading.box.inside.limits import MAX_NOTES
 from labkit.grading.box.inside.reading import Program, replace_surrogates
-from labkit.grading.box.outside import IN_ALL, Wall, open_wall
+from labkit.grading.box.outside import Wall, open_wall
 from labkit.grading.classroom.handins import Submission, read_files
 from labkit.grading.classroom.store import Record, fingerprint
 from labkit.grading.judge.compare import assess
-from labkit.grading.judge.verdict import QuestionVerdict, Status, SubmissionVerdict
+from labkit.grading.judge.verdict import (
+    QuestionVerdict,
+    Status,
+    SubmissionVerdict,
+    clean_text,
+)
 from labkit.grading.questions import Assignment, Case, Question, read_assignment
-from labkit.grading.sitting import Sitting, clean_text
+from labkit.grading.sitting import Sitting
 
-FIRST = 2.0  # times the wall's seconds, of processor time: who needs more is graded last
-MAX_NOTES = 20
 NO_FILES = "nothing was handed in but an empty folder, or one of hidden files"
 
 
@@ -39,22 +43,23 @@ def grade_submission(
     assignment: Assignment,
     student: str,
     *,
-    share: float = IN_ALL,
+    in_full: bool = True,
 ) -> tuple[SubmissionVerdict, Program]:
-    """Grade files behind a wall: the verdict, always the same but for `seconds`, and what was read.
+    """Grade files behind a wall: the verdict, the same each time but for `seconds`, and the code.
 
-    A `share` is processor time as a multiple of the wall's seconds. Raises `TakesLong` where a
-    smaller one than `IN_ALL` does not do.
+    Raises `TakesLong` where it is not to be graded `in_full`, and needs more than a first share.
     """
     start = time.perf_counter()
-    sitting = Sitting([question.function for question in assignment.questions], wall, share)
+    sitting = Sitting(
+        [question.function for question in assignment.questions], wall, in_full=in_full
+    )
     try:
         if files:
             sitting.read(files)
         verdicts = tuple(_verdicts(sitting, assignment))
     finally:
         sitting.close()
-    if sitting.seconds_left <= 0.0 and share < IN_ALL:
+    if sitting.time.is_over and not in_full:
         raise TakesLong
     program = sitting.program
     verdict = SubmissionVerdict(
@@ -92,7 +97,7 @@ def _verdicts(sitting: Sitting, assignment: Assignment) -> Iterator[QuestionVerd
         tried = list[QuestionVerdict]()
         for state, outcomes in enumerate(visible_outcomes[place]):
             if all(outcome.status is Status.NOT_WRITTEN for outcome in outcomes):
-                answers = outcomes[:1] * len(hidden)
+                answers = [replace(outcomes[0], tried=False)] * len(hidden)
             else:
                 passed = assess(question, assignment.visible[question.id], outcomes).passed
                 answers = sitting.ask(question, hidden, state, trusted=passed)
@@ -184,7 +189,7 @@ def grade_one(
     wall: Wall,
     record: Record | None = None,
     *,
-    share: float = IN_ALL,
+    in_full: bool = True,
 ) -> Record:
     """Read a submission, and grade it by the assignment in a folder.
 
@@ -201,7 +206,9 @@ def grade_one(
         late = record.late if record else 0.0
     if record and record.fingerprint == current:
         return replace(record, late=late)
-    verdict, program = grade_submission(files, wall, assignment, submission.student, share=share)
+    verdict, program = grade_submission(
+        files, wall, assignment, submission.student, in_full=in_full
+    )
     verdict = replace(verdict, submission=submission.name, unread=unread + verdict.unread)
     return Record(
         verdict=verdict,

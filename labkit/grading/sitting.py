@@ -8,24 +8,16 @@ from typing import Any
 
 from labkit.grading.box.inside import data
 from labkit.grading.box.inside.data import Value
+from labkit.grading.box.inside.limits import MAX_PROGRAM, READING, Time, waiting_time
 from labkit.grading.box.inside.reading import Program
-from labkit.grading.box.outside import IN_ALL, PACKAGE, Box, Wall
+from labkit.grading.box.outside import PACKAGE, Box, Wall
 from labkit.grading.box.watch import BoxError, BoxTimeout
 from labkit.grading.judge.compare import is_readable, is_right
-from labkit.grading.judge.verdict import Outcome, Status
+from labkit.grading.judge.verdict import Outcome, Status, clean_text, read_outcome
 from labkit.grading.questions import Case, Question
 
-MAX_PROGRAM = 1 << 27  # bytes of what was read, which are code and no answer
-READING = 10.0  # [s] of processor time for the files
-# Processor time as a multiple of the box's own limit:
-CELLS = 10.0  # for all cells
-CALLS = 1.5  # for one call
-BEGINNING = 0.5  # charged for the start of each box, so that none is started for ever
-MORE = 0.5  # [s] added for the cells, and for each call
-PATIENCE = 5.0  # times as long for a call that ran out of time where others were right
 UNREADABLE = "the files cannot be read with little time and memory; hand in the notebook alone"
 HANDED_OUT = [path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py")]
-FROM_BOX = (Status.RAISED, Status.NOT_WRITTEN, Status.NO_ANSWER, Status.TOO_LONG)
 
 
 class Sitting:
@@ -35,10 +27,10 @@ class Sitting:
     it, and no longer.
     """
 
-    def __init__(self, functions: Sequence[str], wall: Wall, share: float = IN_ALL) -> None:
+    def __init__(self, functions: Sequence[str], wall: Wall, *, in_full: bool = True) -> None:
         self.functions = functions
         self.wall = wall
-        self.seconds_left = share * wall.seconds  # of processor time
+        self.time = Time(wall.seconds, in_full=in_full)
         self.box: Box | None = None
         self.program = Program([], {}, [], [])
         self.notes = list[str]()
@@ -54,7 +46,7 @@ class Sitting:
 
     def read(self, files: Mapping[str, bytes]) -> None:
         """Have the files read, before any code of theirs is in the box, and then the cells run."""
-        self.box = Box(self.wall, self.seconds_left)
+        self.box = Box(self.wall, self.time.left)
         sizes = {name: len(data) for name, data in files.items()}
         order = {"sizes": sizes, "functions": self.functions, "handed_out": HANDED_OUT}
         try:
@@ -69,11 +61,11 @@ class Sitting:
         """Have the cells run; one that ends the box is left out from then on."""
         cells = self.program.cells
         order = {"cells": cells, "scripts": self.program.scripts, "functions": self.functions}
-        while cells and self.seconds_left > 0.0:
+        while cells and not self.time.is_over:
             cell = 0
-            self.box = self.box or Box(self.wall, self.seconds_left)
+            self.box = self.box or Box(self.wall, self.time.left)
             try:
-                self.box.send(CELLS * self.wall.seconds + MORE, **order)
+                self.box.send(self.time.cells, **order)
                 reply: dict[str, Any] = {}
                 for _ in range(len(cells) + 1):
                     reply = self.box.receive()
@@ -133,7 +125,7 @@ class Sitting:
                     state,
                     replacements=replacements,
                     samples=samples,
-                    patience=PATIENCE,
+                    seconds=self.time.patient_call,
                 )
                 if outcomes[k].status is Status.TOO_LONG:
                     break
@@ -147,20 +139,20 @@ class Sitting:
         *,
         replacements: Mapping[str, str],
         samples: Mapping[str, tuple[Value, ...]],
-        patience: float = 1.0,
+        seconds: float = 0.0,
     ) -> list[Outcome]:
         """Send cases to the box; what hung before, by itself or in what it calls, is not called."""
         name = question.function
         if self.box is None:
             self.run()
         if self.box is None or name not in self.states:
-            status = Status.TOO_LONG if self.seconds_left <= 0.0 else Status.NOT_DEFINED
+            status = Status.TOO_LONG if self.time.is_over else Status.NOT_DEFINED
             return [Outcome(status=status, message=self.faults.get(name, ""))] * len(cases)
         if self._hangs(name, state, replacements):
             return [Outcome(status=Status.TOO_LONG, tried=False)] * len(cases)
         is_hidden = any(case.hidden for case in cases)
         self.is_sealed |= is_hidden
-        seconds = patience * self.wall.seconds
+        seconds = seconds or self.time.call
         outcomes = list[Outcome]()
         try:
             calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
@@ -170,12 +162,12 @@ class Sitting:
             }
             order = {"function": name, "state": state, "replacements": replacements}
             order |= {"samples": forms, "calls": calls}
-            self.box.send((CALLS + len(samples)) * seconds + MORE, seconds=seconds, **order)
+            self.box.send(waiting_time(seconds, len(samples)), seconds=seconds, **order)
             while len(outcomes) < len(cases):
-                outcomes.append(read_outcome(self.box.receive()))
+                outcomes.append(self._read_outcome())
                 if outcomes[-1].status is Status.TOO_LONG:
                     break
-                self.box.allow(CALLS * seconds + MORE)
+                self.box.allow(waiting_time(seconds))
         except BoxError as error:
             self.close()
             is_timeout = isinstance(error, BoxTimeout)
@@ -185,7 +177,15 @@ class Sitting:
         outcomes += [untried] * (len(cases) - len(outcomes))
         if last.status in (Status.TOO_LONG, Status.KILLED):
             self.hung.add((name, state, frozenset(replacements)))
-        return [withhold(outcome) if is_hidden else outcome for outcome in outcomes]
+        return outcomes
+
+    def _read_outcome(self) -> Outcome:
+        """The outcome of the next call; `BoxError` where the box says something else."""
+        assert self.box
+        try:
+            return read_outcome(self.box.receive())
+        except ValueError:
+            raise BoxError("the program sent an invalid answer") from None
 
     def _hangs(self, name: str, state: int, replacements: Mapping[str, str]) -> bool:
         """True if such a call hung, or would call a function that hung and is not lent to it.
@@ -202,37 +202,6 @@ class Sitting:
     def close(self) -> None:
         """End the box, and count its time."""
         if self.box:
-            self.seconds_left -= self.box.processor_time() + BEGINNING * self.wall.seconds
+            self.time.charge_box(self.box.processor_time())
             self.box.close()
         self.box = None
-
-
-def withhold(outcome: Outcome) -> Outcome:
-    """An outcome of a hidden case, without what a student's code may say of its arguments."""
-    if outcome.status in (Status.RETURNED, Status.TOO_LONG, Status.NOT_DEFINED):
-        return outcome
-    return Outcome(status=Status.NO_RESULT)
-
-
-def read_outcome(reply: Mapping[str, Any]) -> Outcome:
-    """Read what the box says of a call; `BoxError` where it is no answer."""
-    try:
-        if "status" not in reply:
-            return Outcome(value=data.from_json(reply["value"]))
-        status = Status(reply["status"])
-        if status not in FROM_BOX:
-            raise ValueError
-    except (KeyError, ValueError, RecursionError):
-        raise BoxError("the program sent an invalid answer") from None
-    error, unwritten = (str(reply.get(name, "")) for name in ("error", "unwritten"))
-    return Outcome(
-        status=status,
-        error=error if error.isidentifier() else "Exception",
-        message=clean_text(reply.get("message") or ""),
-        unwritten=unwritten if unwritten.isidentifier() else "",
-    )
-
-
-def clean_text(message: object) -> str:
-    """A student's text without what a terminal or a page would not print, and cut."""
-    return "".join(letter if letter.isprintable() else " " for letter in str(message)[:600])

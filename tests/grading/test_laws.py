@@ -31,7 +31,7 @@ from labkit.grading import grade as grading
 from labkit.grading import sitting
 from labkit.grading.box.inside import data
 from labkit.grading.box.inside.reading import read_program
-from labkit.grading.box.outside import IN_ALL, Box, Wall
+from labkit.grading.box.outside import Box, Wall
 from labkit.grading.box.watch import BoxError, MachineError
 from labkit.grading.command import JOBS
 from labkit.grading.questions import read_assignment
@@ -787,10 +787,10 @@ def test_who_takes_long_is_graded_when_all_others_have_their_results(grade, tmp_
     (tmp_path / "class/hangs.py").write_text(source, encoding="utf-8")
     found_before = {}
 
-    def note(submission, *arguments, share, real=grading.grade_one):
-        if share == IN_ALL:
+    def note(submission, *arguments, in_full, real=grading.grade_one):
+        if in_full:
             found_before[submission.student] = scores()
-        return real(submission, *arguments, share=share)
+        return real(submission, *arguments, in_full=in_full)
 
     monkeypatch.setattr("labkit.grading.command.grade_one", note)
 

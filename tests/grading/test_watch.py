@@ -5,11 +5,11 @@ from itertools import accumulate
 
 import pytest
 
+from labkit.grading.box.inside.limits import MAX_THREADS
 from labkit.grading.box.watch import (
     BUSY,
     LOOK,
     MAX_IDLE,
-    MAX_THREADS,
     BoxError,
     BoxTimeout,
     MachineError,

@@ -17,7 +17,7 @@ from labkit.course.authoring import plain_python
 from labkit.course.authoring.entries import question
 from labkit.course.authoring.slips import slips
 from labkit.course.exercises.entries import Function, answers, definitions_of, sources_of
-from labkit.grading.box.outside import SECONDS
+from labkit.grading.box.inside.limits import SECONDS
 from labkit.grading.judge.compare import is_right
 from labkit.grading.questions import Case
 from labkit.support.errors import LabkitError

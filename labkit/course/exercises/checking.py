@@ -9,10 +9,9 @@ from __future__ import annotations
 import contextlib
 import copy
 import re
-import signal
 import sys
-import threading
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+import traceback
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from importlib import import_module
@@ -26,9 +25,9 @@ import labkit.course.exercises as chapters
 from labkit.course.assignment import load_assignment, load_plain_answers
 from labkit.course.exercises.entries import ENTRIES, exercise
 from labkit.course.exercises.stages import Stages, stages_of
-from labkit.grading.box.inside.data import NoAnswerError, describe_error, plain, unwritten
+from labkit.grading.box.inside.calling import OutOfTime, call_function, limit_time
 from labkit.grading.judge.compare import assess
-from labkit.grading.judge.verdict import Outcome, QuestionVerdict, Status, to_html
+from labkit.grading.judge.verdict import Outcome, QuestionVerdict, Status, read_outcome, to_html
 from labkit.grading.questions import Case, Question
 from labkit.support.errors import InvalidParameterError
 
@@ -44,10 +43,6 @@ HINTS = {  # what a message of numpy means here
     r"boolean index did not match": "a mask has one entry for each source point: it selects pairs, "
     "so it goes with the moved points and with their partners, `target[index]`",
 }
-
-
-class OutOfTime(BaseException):
-    """The time for a check is over; no exception that a student's `except Exception` holds up."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +214,7 @@ def _ask_by_stages(
     if not verdict.is_written or any(o.status is Status.TOO_LONG for o in outcomes):
         return verdict
     try:
-        with limit_time(SECONDS):
+        with limit_time(SECONDS, again=AGAIN, is_patient=_is_patient):
             stages = Stages(
                 question,
                 [case for case, _ in failed],
@@ -274,7 +269,7 @@ def _plainer(question: Question) -> Callable[[Case], dict[str, Case]]:
 
 def _is_labkits(call: tuple[str, str]) -> bool:
     """True if a call leads into labkit, but for the timer here and for solutions."""
-    own = (__name__, "labkit.course.authoring")
+    own = (__name__, "labkit.course.authoring", "labkit.grading.box.inside.calling")
     return f"{call[1]}.".startswith("labkit.") and not call[1].startswith(own)
 
 
@@ -288,7 +283,7 @@ def _outcomes(
     """The outcomes of all cases within the time for a check; once it is over, no more are asked."""
     outcomes = list[Outcome]()
     try:
-        with limit_time(SECONDS):
+        with limit_time(SECONDS, again=AGAIN, is_patient=_is_patient):
             for case in cases:
                 outcomes.append(_outcome(case, function, called, in_place))
     except OutOfTime:
@@ -296,33 +291,6 @@ def _outcomes(
         untried = [replace(late, tried=False)] * len(cases)
         outcomes += [late, *untried][: len(cases) - len(outcomes)]
     return outcomes
-
-
-@contextlib.contextmanager
-def limit_time(seconds: float) -> Iterator[None]:
-    """Raise `OutOfTime` where the block takes too much processor time.
-
-    A timer of the system counts it, so a busy machine stops nothing. It interrupts between two
-    steps of Python code, and again each second while something catches it; a call into C ends
-    first. Windows has no such timer, nor has another thread than the main one: there the button
-    that interrupts a cell has to do.
-    """
-    is_main = threading.current_thread() is threading.main_thread()
-    if not hasattr(signal, "setitimer") or not is_main:
-        yield
-        return
-
-    def interrupt(_: int, frame: FrameType | None) -> None:
-        if not _is_patient(frame):
-            raise OutOfTime
-
-    before = signal.signal(signal.SIGPROF, interrupt)
-    try:
-        signal.setitimer(signal.ITIMER_PROF, seconds, AGAIN)
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-        signal.signal(signal.SIGPROF, before)
 
 
 def _is_patient(frame: FrameType | None) -> bool:
@@ -342,32 +310,29 @@ def _outcome(
             if _is_labkits(call):
                 raise RuntimeError("labkit is called")  # which ends the call
 
-    arguments, before = copy.deepcopy(case.arguments), sys.getprofile()
-    try:
-        with contextlib.redirect_stderr(sys.stdout):  # a warning there costs nbgrader's points
-            sys.setprofile(before if called is None else note)
-            try:
-                value = function(*arguments)
-            finally:
-                sys.setprofile(before)
-        changed = "" if in_place else _name_changed(function, arguments, case.arguments)
-        if changed:
-            return Outcome(status=Status.CHANGED, message=changed)
-        return Outcome(value=plain(value))
-    except NoAnswerError as error:
-        return Outcome(status=Status.NO_ANSWER, message=str(error))
-    except (Exception, SystemExit) as error:  # the student's own, whatever it is
-        where = error.__traceback__ and error.__traceback__.tb_next
-        line = f" (line {where.tb_lineno} of its cell)" if where else ""
-        said = describe_error(error)
-        hint = next((f"; {text}" for sign, text in HINTS.items() if re.search(sign, said)), "")
-        is_stub = isinstance(error, NotImplementedError)
-        return Outcome(
-            status=Status.NOT_WRITTEN if is_stub else Status.RAISED,
-            error=type(error).__name__,
-            message=said + line + hint,
-            unwritten=unwritten(error),
-        )
+    def call(*arguments: Any) -> Any:
+        before = sys.getprofile()
+        sys.setprofile(before if called is None else note)
+        try:
+            return function(*arguments)
+        finally:
+            sys.setprofile(before)
+
+    arguments = copy.deepcopy(case.arguments)
+    with contextlib.redirect_stderr(sys.stdout):  # a warning there costs nbgrader's points
+        reply = call_function(call, arguments, _find_line, (Exception, SystemExit))
+    changed = "" if in_place else _name_changed(function, arguments, case.arguments)
+    if changed and "error" not in reply:
+        return Outcome(status=Status.CHANGED, message=changed)
+    outcome = read_outcome(reply)
+    hints = [text for sign, text in HINTS.items() if re.search(sign, outcome.message)]
+    return replace(outcome, message="; ".join([outcome.message, *hints[:1]]))
+
+
+def _find_line(error: BaseException) -> str:
+    """The line of a student's function in which an error was raised."""
+    _, _, *frames = traceback.walk_tb(error.__traceback__)  # but for the calls here
+    return f" (line {frames[0][1]} of its cell)" if frames else ""
 
 
 def _name_changed(function: Callable[..., Any], now: Sequence[Any], given: Sequence[Any]) -> str:

@@ -35,15 +35,11 @@ import numpy as np
 import scipy
 
 from labkit.grading.box.inside import data
+from labkit.grading.box.inside.limits import DISK_BYTES, MAX_LINE, SECONDS, START, Time
 from labkit.grading.box.watch import LOOK, BoxError, MachineError, Watch, read_usage
 from labkit.support.errors import LabkitError
 
 T = TypeVar("T")
-DISK_BYTES = 64 << 20  # that a box can write
-MAX_LINE = 1 << 18  # bytes of an answer
-SECONDS = 3.0  # of processor time, for a cell and for a call
-IN_ALL = 60.0  # times the wall's seconds: processor time of a submission
-START = 120.0  # [s] until a box must be ready, on a machine at its limit
 ENDED = "the program ended"
 PACKAGE = Path(__file__).resolve().parents[2]
 OWN = str(PACKAGE / "grading/box/inside")
@@ -131,7 +127,7 @@ def why_not(wall: Wall) -> str:
 class Box:
     """A running box behind a wall, which gets so many seconds of processor time in all."""
 
-    def __init__(self, wall: Wall, seconds: float = IN_ALL * SECONDS) -> None:
+    def __init__(self, wall: Wall, seconds: float = Time().left) -> None:
         self.wall = wall
         self._buffer = bytearray()
         user = find_unused_user() if os.geteuid() == 0 and wall.mode != "none" else 0

@@ -11,12 +11,12 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
+from labkit.grading.box.inside.limits import MAX_THREADS
 from labkit.support.errors import LabkitError
 
 LOOK = 0.25  # [s] between two looks at the time that a box has used
 MAX_IDLE = 3.0  # [s], and a quarter of what is allowed: code that waits so long waits for ever
 BUSY = 30.0  # times what is allowed; a machine that takes longer is too busy to say anything
-MAX_THREADS = 256
 
 
 class BoxError(Exception):

@@ -16,8 +16,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
+from labkit.grading.box.inside.limits import MAX_FILE, MAX_TOGETHER
 from labkit.grading.box.inside.reading import (
-    MAX_FILE,
     SOURCES,
     TOO_LARGE,
     is_skipped,
@@ -27,7 +27,6 @@ from labkit.grading.box.inside.reading import (
 )
 from labkit.support.errors import LabkitError
 
-MAX_TOGETHER = 96 << 20  # bytes of all files of one student
 FOLDERS = "folders"
 METADATA = "submission_metadata.yml"  # of Gradescope's export: who handed in what
 # A file with such an ending is a student's work, though the grader reads only the first few kinds.

@@ -13,7 +13,13 @@ import numpy as np
 from labkit.grading.box.inside.data import Value
 from labkit.grading.judge.kinds import Unreadable, numbers, read, sentences
 from labkit.grading.judge.relations import relations
-from labkit.grading.judge.verdict import CaseVerdict, Outcome, QuestionVerdict, Status
+from labkit.grading.judge.verdict import (
+    CaseVerdict,
+    Outcome,
+    QuestionVerdict,
+    Status,
+    withhold,
+)
 from labkit.grading.questions import Answer, Case, Misconception, Question
 from labkit.support.arrays import FloatArray
 
@@ -47,7 +53,11 @@ def assess(
     mistake = recognise(question, cases, outcomes)
     groups = passed_groups(cases, faults)
     share = sum(groups.values()) / len(groups)
-    message, is_said = _message(question, cases, outcomes, faults, mistake)
+    told = [
+        withhold(outcome) if fault and case.hidden else outcome
+        for case, outcome, fault in zip(cases, outcomes, faults, strict=True)
+    ]
+    message, is_said = _message(question, cases, told, faults, mistake)
     return QuestionVerdict(
         question=question.id,
         title=question.title,
@@ -55,7 +65,7 @@ def assess(
         score=round(question.points * share, 2),
         cases=tuple(
             _case_verdict(case, outcome, fault, is_said)
-            for case, outcome, fault in zip(cases, outcomes, faults, strict=True)
+            for case, outcome, fault in zip(cases, told, faults, strict=True)
         ),
         misconception=mistake.id if mistake else None,
         message=message,
@@ -79,12 +89,11 @@ def find_fault(question: Question, case: Case, outcome: Outcome) -> str:
     That of a hidden case is one sentence for a wrong result and for none: whatever else it told
     could be made to spell out an input.
     """
-    if outcome.status is not Status.RETURNED:
-        return _no_value(question, case, outcome)
-    if is_right(question, case, outcome.value):
+    if outcome.status is Status.RETURNED and is_right(question, case, outcome.value):
         return ""
-    if case.hidden:
-        return ADVICE[Status.NO_RESULT]
+    outcome = withhold(outcome) if case.hidden else outcome
+    if outcome.status is not Status.RETURNED:
+        return _no_value(question, outcome)
     got = _read(question.answer, outcome.value)
     if isinstance(got, str):
         return f"{got}."
@@ -97,11 +106,8 @@ def find_fault(question: Question, case: Case, outcome: Outcome) -> str:
 def _case_verdict(case: Case, outcome: Outcome, fault: str, is_said: bool) -> CaseVerdict:
     """The verdict on one call; its fault is left out where the question's message says it."""
     reason = f"{_capitalise(case.about)}: {fault}" if fault and not is_said else ""
-    status = outcome.status
-    if fault and case.hidden and status is Status.RETURNED:
-        status = Status.NO_RESULT  # whatever it returned
     return CaseVerdict(
-        id=case.id, hidden=case.hidden, passed=not fault, reason=reason, status=status
+        id=case.id, hidden=case.hidden, passed=not fault, reason=reason, status=outcome.status
     )
 
 
@@ -270,11 +276,11 @@ def _tolerance_at(question: Question, case: Case, answer: FloatArray) -> FloatAr
     return case.tolerance * (sizes if is_several else float(sizes.max(initial=1.0)))
 
 
-def _no_value(question: Question, case: Case, outcome: Outcome) -> str:
-    """Reason why there is nothing to compare; of a hidden case without the student's own words."""
-    if not outcome.tried:
+def _no_value(question: Question, outcome: Outcome) -> str:
+    """Reason why there is nothing to compare."""
+    if not outcome.tried and outcome.status is Status.TOO_LONG:
         return NOT_TRIED
-    message = "" if case.hidden else outcome.message
+    message = outcome.message
     if outcome.status is Status.NO_ANSWER and message:
         return f"it {message}"
     if outcome.status is Status.NOT_DEFINED and not message:

@@ -7,11 +7,13 @@ input, an expected value or a traceback.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from html import escape
+from typing import Any
 
-from labkit.grading.box.inside.data import Value
+from labkit.grading.box.inside.data import Value, from_json
 
 
 class Status(StrEnum):
@@ -28,6 +30,9 @@ class Status(StrEnum):
     NO_RESULT = "no result"  # of a hidden case that was not just too long; more is not told
 
 
+FROM_BOX = (Status.RAISED, Status.NOT_WRITTEN, Status.NO_ANSWER, Status.TOO_LONG)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Outcome:
     """The outcome of one call: a value or, with an `error`, none.
@@ -41,7 +46,42 @@ class Outcome:
     error: str = ""  # name of the exception, where it raised one
     message: str = ""  # as "IndexError: ... (line 3 of cell 7)"
     unwritten: str = ""  # the function that is not written yet: this one, or one that it calls
-    tried: bool = True  # False where an earlier call took too long
+    tried: bool = True  # False where it is known without a call, as after one that took too long
+
+
+def read_outcome(reply: Mapping[str, Any]) -> Outcome:
+    """Read what `box.inside.calling` says of a call; `ValueError` for anything else."""
+    try:
+        if "status" not in reply:
+            return Outcome(value=from_json(reply["value"]))
+        status = Status(reply["status"])
+    except (KeyError, RecursionError) as error:
+        raise ValueError(str(error)) from None
+    if status not in FROM_BOX:
+        raise ValueError(f"no call ends so: {status}")
+    error_name, unwritten = (str(reply.get(name, "")) for name in ("error", "unwritten"))
+    return Outcome(
+        status=status,
+        error=error_name if error_name.isidentifier() else "Exception",
+        message=clean_text(reply.get("message") or ""),
+        unwritten=unwritten if unwritten.isidentifier() else "",
+    )
+
+
+def withhold(outcome: Outcome) -> Outcome:
+    """The outcome of a hidden case that is not right, without anything that tells its arguments.
+
+    A student's code may say them by a text, by a value, and by the way in which it ends.
+    """
+    if not outcome.tried:
+        return outcome  # no code ran
+    is_told = outcome.status in (Status.TOO_LONG, Status.NOT_DEFINED)
+    return Outcome(status=outcome.status if is_told else Status.NO_RESULT)
+
+
+def clean_text(message: object) -> str:
+    """A student's text without what a terminal or a page would not print, and cut."""
+    return "".join(letter if letter.isprintable() else " " for letter in str(message)[:600])
 
 
 @dataclass(frozen=True, kw_only=True)

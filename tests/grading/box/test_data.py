@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from labkit.grading.box.inside.data import (
-    MAX_NESTING,
     NoAnswerError,
     describe_error,
     from_json,
     plain,
 )
+from labkit.grading.box.inside.limits import MAX_NESTING
 
 
 def nested(depth, wrap):

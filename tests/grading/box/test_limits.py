@@ -11,7 +11,8 @@ import pytest
 
 from labkit.grading.box import outside, watch
 from labkit.grading.box.inside import data
-from labkit.grading.box.outside import MAX_LINE, Box, Wall, find_unused_user
+from labkit.grading.box.inside.limits import MAX_LINE
+from labkit.grading.box.outside import Box, Wall, find_unused_user
 from labkit.grading.box.watch import BoxError, BoxTimeout, Usage, read_usage
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="boxes are Linux's")

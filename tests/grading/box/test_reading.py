@@ -5,7 +5,8 @@ import zipfile
 
 import pytest
 
-from labkit.grading.box.inside.reading import MAX_CELLS, MAX_SOURCE, read_program
+from labkit.grading.box.inside.limits import MAX_CELLS, MAX_SOURCE
+from labkit.grading.box.inside.reading import read_program
 from tests.grading.notebooks import cell, notebook
 
 

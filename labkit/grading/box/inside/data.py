@@ -18,12 +18,10 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from labkit.grading.box.inside.limits import MAX_BYTES, MAX_MESSAGE, MAX_NESTING, NODE_BYTES
+
 Value: TypeAlias = NDArray[Any] | float | str | tuple["Value", ...] | dict[str, "Value"] | None
 """Plain data. Arrays are float64, int64 or bool; a student's list arrives as a tuple."""
-MAX_BYTES = 1 << 16  # of an answer
-NODE_BYTES = 24  # that a value takes beside its content
-MAX_NESTING = 12
-MAX_MESSAGE = 480  # letters
 DTYPES = {"f": "float64", "i": "int64", "u": "int64", "b": "bool"}
 
 

@@ -25,13 +25,11 @@ from typing import Any
 import numpy as np
 
 from labkit.grading.box.inside import confine, data, parsing, reading, standins
+from labkit.grading.box.inside.calling import OutOfTime, call_function, limit_time
+from labkit.grading.box.inside.limits import Time
 from labkit.grading.box.inside.replacement import Replaceable, Replacement, undefined
 
 NUMBERS = (np.ndarray, np.generic, float, int, str)  # hold no function
-
-
-class OutOfTime(BaseException):
-    """A cell or a call that is cut short."""
 
 
 class Session:
@@ -50,30 +48,19 @@ class Session:
         self.compile = codeop.Compile()  # it remembers imports of __future__
         self.faults: dict[str, str] = {}  # why functions could not be parsed, by their names
         self.replacements: dict[str, Replacement] = {}  # in place of the student's functions
-        self.seconds_left = 0.0
-        self.armed = False
-        signal.signal(signal.SIGPROF, self.cut)
 
     def tell(self, **answer: Any) -> None:
         """Write one line, whole."""
         os.write(self.writing, json.dumps(answer).encode("ascii") + b"\n")
 
-    def cut(self, *_: Any) -> None:
-        """End what takes too long; again and again, since code may catch it."""
-        if self.armed:
-            raise OutOfTime("it took too long, and was cut short")
-
     @contextlib.contextmanager
     def within(self, seconds: float) -> Iterator[None]:
         """Limit the processor time; what hears of no limit, in C, ends the box at twice as much."""
-        self.armed = True
-        signal.setitimer(signal.ITIMER_PROF, seconds, 0.1)
         signal.setitimer(signal.ITIMER_VIRTUAL, 2.0 * seconds + 1.0)
         try:
-            yield
+            with limit_time(seconds):
+                yield
         finally:
-            self.armed = False
-            signal.setitimer(signal.ITIMER_PROF, 0.0)
             signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
 
     def run_cells(
@@ -94,11 +81,11 @@ class Session:
         time.sleep = lambda _: None  # who draws step by step waits for nobody here
         random.seed(0)  # graded again, a submission draws the same
         np.random.seed(0)  # noqa: NPY002
-        self.seconds_left = 2.0 * seconds  # for all experiments together
+        time_left = Time(seconds)
         for place, (source, label) in enumerate(cells):
             self.tell(cell=place)
             earlier = dict(self.answers)
-            fault = self.run_cell(source, label, seconds)
+            fault = self.run_cell(source, label, time_left)
             notes += [fault] * bool(fault)
             for name, value in self.answers.items():
                 if value is not earlier.get(name):
@@ -108,13 +95,10 @@ class Session:
         faults = {name: self.faults[name] for name in self.functions if name in self.faults}
         self.tell(notes=notes[:60], answers=answers, faults=faults)
 
-    def run_cell(self, source: str, label: str, seconds: float) -> str:
-        """Run the statements of a cell one by one; why it was not run to its end.
-
-        An experiment gets half of a cell's time, or a tenth once that of all of them is over.
-        """
+    def run_cell(self, source: str, label: str, time_left: Time) -> str:
+        """Run the statements of a cell one by one; why it was not run to its end."""
         try:
-            with self.within(seconds):
+            with self.within(time_left.call):
                 nodes, faults = parsing.statements(source, label)
         except BaseException as error:
             return (
@@ -124,14 +108,12 @@ class Session:
         fault = f"{next(iter(faults.values()))}: it is left out" if faults else ""
         for node in nodes:
             start = time.process_time()
-            limit = seconds
             defines = parsing.is_definition(node)
-            if isinstance(node, parsing.IMPORTS):  # of a large package
-                limit = 3.0 * seconds
-            if not defines:
-                if self.seconds_left <= -2.0 * seconds:
-                    continue
-                limit = max(min(seconds / 2.0, self.seconds_left), seconds / 10.0)
+            limit = time_left.call if defines else time_left.experiment()
+            if isinstance(node, parsing.IMPORTS):
+                limit = time_left.importing
+            if not limit:
+                continue
             try:
                 with self.within(limit):
                     self.run(node, label)
@@ -148,7 +130,7 @@ class Session:
                     names = [name for name in names if name not in self.space]
                     self.space |= standins.absent(names, error)
             if not defines:
-                self.seconds_left -= time.process_time() - start
+                time_left.experiments -= time.process_time() - start
         return fault
 
     def run(self, node: ast.stmt, label: str) -> None:
@@ -267,29 +249,24 @@ class Session:
         values = [data.from_json(argument) for argument in arguments]
         try:
             with self.within(seconds):
-                return {"value": data.to_json(self.space[function](*values))}
+                return call_function(self.space[function], values, find_place)
         except OutOfTime:
             return {"status": "too long"}
-        except data.NoAnswerError as error:
-            return {"status": "no answer", "message": str(error)}
-        except BaseException as error:
-            status = "not written" if isinstance(error, NotImplementedError) else "raised"
-            return {
-                "status": status,
-                "error": type(error).__name__[:60],
-                "message": self.describe_error(error),
-                "unwritten": data.unwritten(error)[:60],
-            }
 
     def describe_error(self, error: BaseException) -> str:
         """The error in a line, with the place in the student's code."""
-        if isinstance(error, OutOfTime | data.NoAnswerError):
+        if isinstance(error, OutOfTime):
             return str(error)
-        place = ""
-        for frame, line in traceback.walk_tb(error.__traceback__):
-            file = frame.f_code.co_filename
-            place = place if file.startswith(("/", "<")) else f" (line {line} of {file})"
-        return data.describe_error(error) + place
+        return data.describe_error(error) + find_place(error)
+
+
+def find_place(error: BaseException) -> str:
+    """The place of an error in the student's code."""
+    for frame, line in traceback.walk_tb(error.__traceback__):
+        file = frame.f_code.co_filename
+        if not file.startswith(("/", "<")):
+            return f" (line {line} of {file})"
+    return ""
 
 
 def main() -> None:

@@ -16,11 +16,14 @@ from importlib.util import decode_source
 from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
-MAX_FILE = 64 << 20  # bytes of a notebook with its pictures
-MAX_SOURCE = 2 << 20  # letters of code in all files
-MAX_CELLS = 1000  # of code in all files
-MAX_WRITTEN = 100_000  # letters of Markdown
-MAX_DEPTH = 2  # archives in archives
+from labkit.grading.box.inside.limits import (
+    MAX_CELLS,
+    MAX_DEPTH,
+    MAX_FILE,
+    MAX_SOURCE,
+    MAX_WRITTEN,
+)
+
 WRITTEN = re.compile(r"\A\s*%%writefile\s+(?:-a\s+)?(\S+\.py)[ \t]*\n")  # by a cell
 TOO_LARGE = "the files are too large; clear the outputs, and hand in your own alone"
 SKIPPED = {
