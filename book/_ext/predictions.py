@@ -21,7 +21,9 @@ dropdown, and the dropdown's first bold text is the answer. It decides what the 
 asked for:
 
 - *A choice*: the box holds a numbered list, and the answer is the number of the right item,
-  ``**2.**``.
+  ``**2.**``. Draw the order of the items by lot: over the book no place is right more than half of
+  the time. An answer that holds in one scene only says "here" and asks for a reason that holds
+  everywhere; `tests/claims` tries the others on other samples.
 - *A number*: no numbered list, and the answer is a number with its unit, ``**0.35 m**``. The
   reader types a number in that unit.
 - *A place*: no numbered list, and the answer is a place in the picture above the box, in percent

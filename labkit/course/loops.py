@@ -41,11 +41,19 @@ class ClosedMap:
     closed: FloatArray
 
 
-def drive_killian(progress: Progress = iter) -> tuple[Log, FloatArray, OdometryResult]:
+def wheels_of(log: Log, *, rng: int = 0) -> FloatArray:
+    """The motions (K - 1, 3) that simulated wheels count along the log's reference."""
+    assert log.reference is not None  # the log brings it
+    return wheel_increments(log.reference, WHEELS, rng=rng)
+
+
+def drive_killian(
+    progress: Progress = iter, *, rng: int = 0
+) -> tuple[Log, FloatArray, OdometryResult]:
     """The log, the motions of simulated wheels (K - 1, 3), and the lesson's odometry of both."""
     log = read_log("killian")
     assert log.reference is not None  # the log brings it
-    prior = wheel_increments(log.reference, WHEELS, rng=0)
+    prior = wheels_of(log, rng=rng)
     start = log.reference[0]
     run = estimate_odometry(
         log.scans, prior, estimator=LessonOdometry, start=start, progress=progress

@@ -139,6 +139,24 @@ def test_the_reader_predicts_before_each_slider(name):
     assert moving or name not in CHAPTERS or not first
 
 
+def test_the_place_of_an_answer_does_not_give_it_away():
+    """Of the predictions with three choices no place is right more than half of the time."""
+    boxes = [
+        box
+        for notebook in NOTEBOOKS.values()
+        for cell in notebook.cells
+        for box in re.findall(r"(?ms)^:class: predict$(.*?)^::::$", cell.source)
+    ]
+    right = [
+        re.search(r"(?m)^:::\{dropdown\}[^\n]*\n\*\*(\d)\.\*\*", box)[1]
+        for box in boxes
+        if len(re.findall(r"(?m)^\d\. ", box)) == 3
+    ]
+    assert len(right) > 25
+    assert set(right) == {"1", "2", "3"}
+    assert max(Counter(right).values()) <= len(right) / 2
+
+
 @each_notebook
 def test_every_name_that_students_see_has_a_reader(name):
     """What is set and never read shows nothing. An import may wait for what students write."""
@@ -156,10 +174,12 @@ def test_every_name_that_students_see_has_a_reader(name):
 
 
 @pytest.mark.parametrize("name", [name for name in CHAPTERS if name[:2] not in ("01", "02", "09")])
-def test_a_chapter_begins_with_two_questions_on_the_one_before_the_last(name):
+def test_a_chapter_begins_with_two_questions_on_chapters_that_lie_further_back(name):
+    """On the one before the last, and from chapter 5 on, on the one two before that as well."""
     (recall,) = [cell.source for cell in NOTEBOOKS[name].cells if cell.id == "recall"]
-    before_last = CHAPTERS[CHAPTERS.index(name) - 2]
-    assert f"]({before_last})" in recall
+    place = CHAPTERS.index(name)
+    asked = [CHAPTERS[place - back] for back in (2, 4) if place >= back]
+    assert [f"]({chapter})" in recall for chapter in asked] == [True] * len(asked)
     assert recall.count("{dropdown} Answer") == 2
 
 

@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from labkit import icp, to_xytheta, transform
 from labkit.odometry import increments_between
+from labkit.se2 import relative
+from labkit.simulation import Lidar, cast, room
 from tests.claims.samples import on_other_samples, run_cells
 
 SEEDS = (101, 202, 303, 404)
@@ -101,12 +104,31 @@ def test_the_cost_never_rises_and_the_rmse_of_the_kept_pairs_may(sample):
         "numbers = range(100, 3800, 60)", *(f"numbers = range({k}, 3800, 60)" for k in (110, 120))
     )
 )
-def test_with_a_tolerance_of_a_millimetre_some_run_stops_centimetres_too_early(sample):
-    left_over = run_cells("04", sample, "tolerances-table")["left_over"]
-    median, worst = left_over[1e-3]
+def test_with_a_tolerance_of_a_millimetre_nine_runs_in_ten_stop_within_two_centimetres(sample):
+    median, most = run_cells("04", sample, "tolerances-table")["left_over"][1e-3]
     assert median < 2.0  # mm
-    assert worst > 30.0
-    assert left_over[1e-6][1] < 0.01
+    assert 5.0 < most < 20.0
+
+
+def test_a_run_that_stops_at_any_small_step_misses_more_than_one_that_asks_for_both():
+    """Predicted in chapter 4, of a turn on the spot by 20°; here from ten places of the room."""
+    missing = np.array([turn_missing(seed) for seed in range(10)])
+
+    assert np.mean(missing[:, 0] > missing[:, 1]) >= 0.8
+    assert np.mean(missing[:, 0] > 0.5) >= 0.8  # [°]
+
+
+def turn_missing(seed: int) -> list[float]:
+    """Degrees of a turn by 20° that are missing where either step is small, and where both are."""
+    rng = np.random.default_rng(seed)
+    T_w = transform(*rng.uniform([-1.8, -1.3], [1.8, 1.3]), rng.uniform(-3.0, 3.0))
+    T = transform(0.0, 0.0, np.radians(20.0))
+    older, newer = (cast(room(), pose, Lidar(beam_count=361), rng=rng) for pose in (T_w, T_w @ T))
+    history = icp(newer, older).history
+    small = np.array([[s.translation_step, s.rotation_step] for s in history]) < 1e-3
+    stops = [np.flatnonzero(each)[:1] for each in (small.any(axis=1), small.all(axis=1))]
+    ends = [history[k[0] if len(k) else -1].T_target_source for k in stops]
+    return [abs(np.degrees(to_xytheta(relative(T, end))[2])) for end in ends]
 
 
 @on_other_samples(edits('"Two rooms"', '"Room"', '"Killian Court 101: a room"'))
@@ -128,6 +150,33 @@ OTHER_RUNGS = {
     "drive_by(lambda *given: gated_icp(*given, gate=np.inf))": "rungs['1 wheels']",
     "drive_by(patient_icp)": "rungs['1 wheels']",
 }
+
+
+@on_other_samples(
+    edits(
+        "FIRST, COUNT = 0, 200",
+        *(f"FIRST, COUNT = {scan}, 1000" for scan in (0, 900, 1800, 2700)),
+    )
+)
+def test_a_narrow_delta_changes_the_drift_little_and_where_a_stretch_ends_a_lot(sample):
+    """On ten stretches of 100 scans each."""
+    no_gate = {"drive_by(lambda *given: gated_icp(*given, gate=np.inf))": "rungs['1 wheels']"}
+    names = run_cells("05", sample | no_gate, "ladder-drive-4")
+    truth, judge_rung = names["drive"].truth, names["judge_rung"]
+    stretches = [slice(k, k + 100) for k in range(0, 1000, 100)]
+
+    ratios = np.array(
+        [
+            np.divide(*(judge_rung(names["rungs"][rung][k], truth[k]) for rung in RUNGS_3_4))
+            for k in stretches
+        ]
+    )
+
+    drift, end = np.log(ratios).std(axis=0)
+    assert end > 1.5 * drift
+
+
+RUNGS_3_4 = ("4 narrow", "3 Huber")
 
 
 @on_other_samples([sample | OTHER_RUNGS for sample in LONG])
@@ -279,13 +328,12 @@ WHEELS = edits(
 
 @on_other_samples(LATER + WHEELS)
 def test_which_figure_knows_a_bad_match(sample):
-    names = run_cells("08", sample, "ranks", "restart")
+    names = run_cells("08", sample, "ranks")
     gross, fine = names["gross"], names["fine"]
     assert 0.75 < gross["inlier RMSE"] < 0.95
     assert gross["1 − fitness"] < 0.65
     assert 0.5 < fine["inlier RMSE"] < 0.68
     assert fine["− information"] > fine["inlier RMSE"] - 0.02
-    assert 0.3 < names["stayed"].mean() < 0.6
 
 
 @on_other_samples(LATER)
@@ -304,15 +352,19 @@ WRONG = ("[[600, 2600]]", "[[1500, 2900]]", "[[800, 3000]]", "[[1000, 1030]]")
 
 @on_other_samples(edits("[[1000, 2000]]", *WRONG))
 def test_the_fit_hides_most_of_a_wrong_loop(sample):
-    """Before the fit its error is of hundreds of standard deviations, or more."""
-    assert run_cells("10", sample, "wrong-loop")["size"][-1] < 30.0
+    names = run_cells("10", sample, "wrong-loop", "graph-close")
+    before = names["graph"].linearise(
+        names["closed"], names["ends"], names["measured"], names["sigma"]
+    )[0]
+    assert names["size"][-1] < 0.1 * np.linalg.norm(before[-3:])
 
 
-@on_other_samples(
-    edits("default_rng(0).permutation", *(f"default_rng({k}).permutation" for k in (1, 2)))
-)
-def test_a_single_loop_closes_the_map_or_leaves_it_open_and_fewer_than_half_close_it(sample):
-    singles = run_cells("10", sample, "graph-close")["singles"]
-    closing = singles < 5.0  # m
-    assert 0.2 < closing.mean() < 0.5
-    assert singles[~closing].min() > 10.0
+WHEELED = edits("progress=with_bar)", *(f"progress=with_bar, rng={seed})" for seed in (1, 2, 3)))
+DRAWN = edits("default_rng(0).permutation", *(f"default_rng({k}).permutation" for k in (1, 2)))
+
+
+@on_other_samples(DRAWN + WHEELED)
+def test_ten_loops_close_the_map_and_fewer_than_half_of_the_single_ones_do(sample):
+    names = run_cells("10", sample, "graph-close")
+    assert names["typical"][10] < 5.0  # m
+    assert np.mean(names["singles"] < 5.0) < 0.5

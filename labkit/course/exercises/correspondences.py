@@ -54,35 +54,6 @@ def mutual_pairs(p, q):
     return rows == back[there]
 
 
-def _beams():
-    rng = np.random.default_rng(7)
-    beams_q = np.sort(rng.choice(60, 25, replace=False))
-    beams_p = np.sort(rng.choice(80, 20, replace=False))
-    p = rng.uniform(0.0, 5.0, (20, 2))
-    q = rng.uniform(0.0, 5.0, (25, 2))
-    return {f"a window of {w} beams": (p, q, beams_p, beams_q, w) for w in (4, 15)}
-
-
-@exercise("Search among nearby beams", _beams, {
-    "The window is counted in rows. Beams without a return are missing from the points, so compare "
-    "`beams_p` with `beams_q`.":
-        {"beams_q - beams_p[:, None]": "np.arange(len(q)) - np.arange(len(p))[:, None]"},
-    "A beam exactly `width` away is inside the window.": {"<= width": "< width"},
-    "Where the window is empty the answer is −1; `argmin` says 0.": {"-1": "0"},
-    "These are beams; asked for are the rows of `q`.":
-        {"squares.argmin(axis=1)": "beams_q[squares.argmin(axis=1)]"},
-    "The nearest point is sought first and dropped if it lies outside; seek inside the window.":
-        {"np.where(inside, np.square(p[:, None] - q).sum(axis=2), np.inf)":
-         "np.square(p[:, None] - q).sum(axis=2)",
-         "inside.any(axis=1)": "inside[np.arange(len(p)), squares.argmin(axis=1)]"},
-})
-def nearest_in_window(p, q, beams_p, beams_q, width):
-    """Infinite distances outside the window."""
-    inside = abs(beams_q - beams_p[:, None]) <= width
-    squares = np.where(inside, np.square(p[:, None] - q).sum(axis=2), np.inf)
-    return np.where(inside.any(axis=1), squares.argmin(axis=1), -1)
-
-
 def _two_guesses():
     older, newer = (
         cast(room(), transform(1.0, -0.5, 0.3) @ T, Lidar(beam_count=181), rng=seed).points

@@ -136,22 +136,3 @@ def headings_that_work(source, target, T_true, errors, parameters):
     ends = np.array([icp(source, target, T, parameters).T_target_source for T in guesses])
     end_errors = wrap(to_xytheta(ends)[:, 2] - to_xytheta(T_true)[2])
     return abs(end_errors) < np.radians(2)
-
-
-@exercise("The price of a lost pair", {
-    "a pair that leaves the gate": (np.array([0.1, 0.2, 0.4]), np.array([0.1, 0.2, 0.9]), 0.5),
-    "a pair that comes in through the gate": (
-        np.array([0.3, 0.1, 0.8, 0.6]), np.array([0.2, 0.1, 0.4, 0.7]), 0.5),
-}, {
-    "The cost charges nothing for a pair outside; charge it as if it stood on the gate.":
-        {"(np.minimum(d, gate) ** 2)": "(d**2 * (d <= gate))"},
-    "The mean square is divided by all pairs; divide it by the pairs within the gate.":
-        {"(d[d <= gate] ** 2)": "(d**2 * (d <= gate))"},
-    "The first is the change of the RMSE; asked for is that of the mean square.":
-        {"(d[d <= gate] ** 2).mean()": "(d[d <= gate] ** 2).mean() ** 0.5"},
-}, tolerance=1e-9)
-def change_of_both(before, after, gate):
-    """After minus before."""
-    squares = [(d[d <= gate] ** 2).mean() for d in (before, after)]
-    costs = [(np.minimum(d, gate) ** 2).mean() for d in (before, after)]
-    return squares[1] - squares[0], costs[1] - costs[0]

@@ -84,26 +84,6 @@ def match_and_count(source, target, gate):
     return run.inlier_count, run.inlier_rmse
 
 
-@exercise("Turns harm the far points", {
-    "eight points, of which one near and all far ones have a wrong neighbour": (
-        np.array([0.01, 0.40, 0.30, 0.20, 0.02, 0.15, 0.05, 0.13]),
-        np.array([1.0, 7.0, 2.0, 6.0, 1.5, 5.0, 0.5, 8.0])),
-    "eight points, two of them far away, one exactly 0.10 m off": (
-        np.array([0.06, 0.05, 0.3, 0.1, 0.4, 0.02, 0.03, 0.5]),
-        np.array([1.4, 1.2, 1.0, 11.0, 20.2, 2.0, 30.2, 60.0])),
-}, {
-    "These are counts; a share is the mean of the mask.": {".mean()": ".sum()"},
-    "The shares are of all points; divide by each half.": {".mean()": ".mean() / 2"},
-    "The halves part at the *mean* range; half of the points lie on either side of the median.":
-        {"np.median(ranges)": "ranges.mean()"},
-    "These are means of `off`; asked for is the share above 0.10 m.": {"off > 0.1": "off"},
-})
-def wrong_near_and_far(off, ranges):
-    """The median parts the points in halves."""
-    beyond, wrong = ranges > np.median(ranges), off > 0.1
-    return wrong[~beyond].mean(), wrong[beyond].mean()
-
-
 def _three_turns():
     cases, older = {}, look(np.eye(3), 361, 0)
     for degrees in (0.0, 90.0, 180.0):
