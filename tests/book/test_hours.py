@@ -33,10 +33,10 @@ HEADS = {
 }
 
 
-def reading(text):
+def reading(text, speed=130):
     plain = re.sub(r"(?ms)\$\$.*?\$\$|^\s*(?::{3,}|`{3}|:\w+:)[^\n]*$", " ", text)
     words = sum(bool(re.search(r"\w", word)) for word in plain.split())
-    return words / 130 + 2 * (text.count(":class: predict") + text.count("{dropdown} Answer"))
+    return words / speed + 2 * (text.count(":class: predict") + text.count("{dropdown} Answer"))
 
 
 def counted(text):
