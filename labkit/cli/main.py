@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 
 import labkit
-from labkit.cli import demo, odometry
+from labkit.cli import demo, info, odometry
 from labkit.course.assignment import FOLDER
 from labkit.grading.command import add_autograder, add_grade
 from labkit.support.errors import InvalidParameterError, LabkitError
@@ -64,6 +64,7 @@ def build_parser() -> argparse.ArgumentParser:
         title="commands", dest="command", required=True, metavar="COMMAND"
     )
     demo.add(commands)
+    info.add(commands)
     odometry.add(commands)
     add_grade(commands, FOLDER)
     add_autograder(commands, FOLDER)

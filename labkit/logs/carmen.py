@@ -60,10 +60,17 @@ def read(source: Source) -> Reading:
     lines = source.part(_laser_lines(source, words))
     if not lines:
         return Reading()
-    odometry, reference = scanner_trajectories(lines, source.options.offset, source.report.file)
+    mount, is_rigid = find_mount(lines)
+    odometry, reference = scanner_trajectories(lines, mount, is_rigid, source)
     sweeps = [line.sweep for line in lines]
     contents = [Content(word, f"{count} lines", _use(word)) for word, count in words.items()]
-    return Reading(sweeps=sweeps, odometry=odometry, reference=reference, contents=contents)
+    return Reading(
+        sweeps=sweeps,
+        odometry=odometry,
+        reference=reference,
+        offset=mount if mount.any() else None,
+        contents=contents,
+    )
 
 
 def _use(word: str) -> str:
@@ -94,20 +101,20 @@ def _parse_line(number: int, text: str, source: Source) -> LaserLine | None:
 
 
 def scanner_trajectories(
-    lines: Sequence[LaserLine], laser_offset: FloatArray, file: str
+    lines: Sequence[LaserLine], mount: FloatArray, is_rigid: bool, source: Source
 ) -> tuple[FloatArray, FloatArray | None]:
     """Choose odometry and reference from the poses of the lines, as poses of the scanner.
 
     Where the laser's triple and the robot's tell one mounting for the whole log, the laser's
-    triple is the odometry; where the mounting is zero, the log does not say it, and `laser_offset`
-    is composed on. Where it changes along the run, the laser's triple is a corrected pose: it
+    triple is the odometry; where the `mount` is zero, the log does not say it, and `laser_offset`
+    is composed on. Where it is not rigid, the laser's triple is a corrected pose: it
     becomes the reference, and the odometry is the robot's triple with `laser_offset`.
     """
     laser = np.array([line.laser for line in lines])
     robot = np.array([line.robot for line in lines])
-    mount, is_rigid = find_mount(lines)
+    laser_offset = source.options.offset
     laser[:, 2] = wrap(laser[:, 2])
-    if expect_one_mount(mount, laser_offset, file):
+    if expect_one_mount(mount, laser_offset, source.report.file):
         return laser, None
     return scanner_poses(robot, laser_offset), None if is_rigid else laser
 

@@ -9,6 +9,7 @@ The vertices are the reference. A robot's pose that merely repeats its vertex is
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -25,12 +26,14 @@ from labkit.logs.carmen import (
     parse_robotlaser,
 )
 from labkit.logs.lines import DamagedLine, expect_fields, parse_pose
+from labkit.logs.log import Content
 from labkit.logs.reader import Reader, Reading, Source
 from labkit.scan import scanner_poses
 from labkit.se2 import matrices_of, relative, to_xytheta
 from labkit.support.errors import LabkitError
 
 WORDS = frozenset({"VERTEX_SE2", "EDGE_SE2"})
+USE = {"VERTEX_SE2": "reference", "ROBOTLASER1": "scans and wheels"}
 
 
 class Node(NamedTuple):
@@ -42,7 +45,8 @@ class Node(NamedTuple):
 
 def read(source: Source) -> Reading:
     """Read the laser lines below vertices, as poses of the scanner."""
-    nodes = source.part(_nodes(source))
+    words = Counter[str]()
+    nodes = source.part(_nodes(source, words))
     if not nodes:
         return Reading()
     lines = [node.line for node in nodes]
@@ -57,13 +61,19 @@ def read(source: Source) -> Reading:
         sweeps=[line.sweep for line in lines],
         odometry=None if is_repeated else scanner_poses(robot, offset),
         reference=scanner_poses(vertices, offset),
+        offset=mount if is_told else None,
+        contents=[
+            Content(word, f"{count} lines", USE.get(word, "left aside"))
+            for word, count in words.items()
+        ],
     )
 
 
-def _nodes(source: Source) -> Iterator[Node]:
+def _nodes(source: Source, words: Counter[str]) -> Iterator[Node]:
     vertex: Pose | None = None
     for number, text in source.lines():
         word = text[:16].split(maxsplit=1)[:1]
+        words.update(word)
         try:
             if word == ["VERTEX_SE2"]:
                 vertex = None

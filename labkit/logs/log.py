@@ -46,10 +46,14 @@ class Log:
         Poses of the scanner by raw wheel odometry, and by a better estimate (an optimised pose
         graph, a corrected log): rows (x [m], y [m], θ [rad]) with θ in (−π, π]. The odometry is
         NaN where it is silent.
+    laser_offset : ndarray, shape (3,), or None
+        Place of the scanner on the robot, ``T_robot_laser`` as (x [m], y [m], θ [rad]), where the
+        caller or the file tells it.
     name : str
         Name of the run: the file's, without its suffixes.
     format : str
-        ``"carmen"``, ``"g2o"``, ``"ros"``, ``"ranges"``, ``"polar"`` or ``"points"``.
+        ``"carmen"``, ``"g2o"``, ``"ros"``, ``"ros_echo"``, ``"json"``, ``"ranges"``, ``"polar"`` or
+        ``"points"``.
     skipped : tuple of SkippedLine
         The damaged lines that were left out.
     remarks : tuple of str
@@ -61,6 +65,7 @@ class Log:
     scans: Sequence[Scan]
     odometry: FloatArray | None = None
     reference: FloatArray | None = None
+    laser_offset: FloatArray | None = None
     name: str
     format: str
     skipped: tuple[SkippedLine, ...] = ()

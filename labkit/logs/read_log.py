@@ -115,11 +115,10 @@ def read_log(
         raise LogError(f"{report.file}: {_no_scan(reader, given, report)}")
     scans = make_scans(reading, report, given.no_return)
     odometry = reading.odometry
+    place = reading.offset if given.laser_offset is None else given.offset
     if given.odometry is not None or reading.track is not None:
         track = _wheels(given, reading.track, report)
-        offset = given.offset
-        if given.laser_offset is None and reading.offset is not None:
-            offset = reading.offset
+        offset = np.zeros(3) if place is None else place
         odometry, gaps = _poses_of_scanner(track, scans, report.file, given, offset)
         report.remarks.extend(gaps)
     if left_out := [content for content in reading.contents if not content.use]:
@@ -131,6 +130,7 @@ def read_log(
         scans=scans,
         odometry=odometry,
         reference=reading.reference,
+        laser_offset=place,
         name=_run_name(source.path),
         format=reader.name,
         skipped=tuple(report.skipped),

@@ -108,6 +108,8 @@ def read(source: Source) -> Reading:
             Content(topic.name, f"{topic.msgtype}, {number} messages", _use(topic, scans, odometry))
             for topic, number in bag.counts().items()
         ]
+        frame = sweeps[0].frame if sweeps else ""
+        contents.append(Content(frame or "-", "frame of the scanner", "scans"))
     return Reading(
         sweeps=sweeps,
         track=track,
