@@ -83,7 +83,8 @@ def _add_parameters(parser: argparse.ArgumentParser) -> None:
             if field.name in names:
                 default = getattr(defaults, field.name)
                 unit = field.metadata.get("unit", "–")
-                meaning = f"{field.metadata['help']} [{unit}] (default {default})"
+                standing = field.metadata.get("default", default)
+                meaning = f"{field.metadata['help']} [{unit}] (default {standing})"
                 group.add_argument(
                     flag(field.name),
                     dest=field.name,

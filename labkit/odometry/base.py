@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.deskew import Velocities, deskew, is_skewed
+from labkit.odometry.constants import KEPT_STEPS
 from labkit.odometry.integration import increments_of_scanner
 from labkit.odometry.parameters import OdometryParameters
 from labkit.odometry.record import UNKNOWN, StepRecord
@@ -27,7 +28,6 @@ from labkit.support.arrays import FloatArray, as_pose, check_kind
 from labkit.support.errors import InvalidPointsError
 
 NO_POINTS = Scan(points=np.empty((0, 2)))
-KEPT_STEPS = 4000  # of which a run keeps what its remarks need, and the matches themselves
 State = TypeVar("State", bound=Any)  # with a `pose`, and the number of its `scans`
 
 

@@ -10,15 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from labkit.odometry.constants import CARRIED_SHARES, OFF_MAP_DISTANCE, REPEAT_DISTANCE
 from labkit.scan import Scan
 from labkit.se2 import apply
 from labkit.support.arrays import BoolArray, FloatArray
 from labkit.target import Target
-
-REPEAT_DISTANCE = 0.1  # [m]: a point repeats an earlier one that lies nearer than this
-OFF_MAP_DISTANCE = 0.2  # [m]: a point is off the map if all of the map lies farther away
-MIN_CARRIED_SHARE = 0.1  # of a scan's points: fewer lie so by chance
-MAX_CARRIED_SHARE = 0.65  # of a scan's points: more say that the wheels slip
 
 
 def mask_repeats(scan: Scan, earlier: Target) -> BoolArray:
@@ -34,9 +30,10 @@ def mask_carried(
 
     `repeats` marks the points that lie as they lay; see `mask_repeats`.
     """
-    if repeats.mean() <= MIN_CARRIED_SHARE:
+    least, most = CARRIED_SHARES
+    if repeats.mean() <= least:
         return np.zeros(len(scan), np.bool_)
     _, distances = target.search.query(apply(T_target_scan, scan.points))
     carried = repeats & (distances > OFF_MAP_DISTANCE)
-    share_is_usual = MIN_CARRIED_SHARE < carried.mean() < MAX_CARRIED_SHARE
+    share_is_usual = least < carried.mean() < most
     return np.asarray(carried & share_is_usual)

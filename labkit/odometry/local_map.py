@@ -7,23 +7,19 @@ centimetre apart, a line through the mixture could have any direction.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.carried import mask_carried, mask_repeats
+from labkit.odometry.constants import KEY_MOTION, KEY_SCANS, MAP_CELL
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, invert
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
-KEY_SCANS = 30  # in the map, however long the robot drives
-KEY_DISTANCE = 0.3  # [m]: a robot that drove farther takes a new key scan,
-KEY_ROTATION = math.radians(20.0)  # [rad]: and so does one that turned farther
-MAP_CELL = 0.05  # [m]: a key scan keeps one point in each square of this size
 AT_TARGET = np.eye(3)
 
 
@@ -38,6 +34,10 @@ class LocalMap(NamedTuple):
     T_target_last: FloatArray = AT_TARGET
     sizes: tuple[int, ...] = ()  # points of each key scan, the oldest first
 
+    def follow(self, increment: FloatArray) -> LocalMap:
+        """The same map after one `increment` (Δx, Δy, Δψ)."""
+        return self._replace(T_target_last=self.T_target_last @ from_xytheta(increment))
+
     def advance(
         self, scan: Scan, increment: FloatArray, prior: FloatArray | None, *, matched: bool
     ) -> LocalMap:
@@ -45,10 +45,10 @@ class LocalMap(NamedTuple):
 
         If a prior told the motion, what is carried along stays out of the map.
         """
-        T_last = self.T_target_last @ from_xytheta(increment)
-        same_map = self._replace(T_target_last=T_last)
+        same_map = self.follow(increment)
+        T_last = same_map.T_target_last
         distance, rotation = step_length(AT_TARGET, T_last)
-        is_near = distance <= KEY_DISTANCE and rotation <= KEY_ROTATION
+        is_near = distance <= KEY_MOTION[0] and rotation <= KEY_MOTION[1]
         if len(scan) < MIN_PAIRS or (self.target and matched and is_near):
             return same_map
         key = Target(scan)

@@ -3,12 +3,15 @@
 propose   where the robot may be: by the wheels or the last motions, and by a search
 match     ICP from each of these places
 score     how well the scan lies on the map there, and how unexpected the motion is  (5.3)
-choose    the highest score; the wheels' own pose, or the last motion, may tell more
+choose    the highest score; outside the wheels' window only a match that is plainly better
+
+Where the last scans fitted too little, the wheels lead, and none of this is done.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -16,20 +19,24 @@ import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.base import Odometry
-from labkit.odometry.choose import (
-    GOOD_MEAN_SCORE,
-    MIN_SCORE,
-    SCORE_HISTORY,
-    choose,
-    min_score,
-)
+from labkit.odometry.constants import AT_ONCE, LEAD_AGREEMENT, MIN_SCORE, TIE
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.match import Match, match, stay
-from labkit.odometry.propose import expect, propose
-from labkit.odometry.record import STILL, Decision, Evidence, StepRecord, no_match, record_of_match
+from labkit.odometry.propose import Expectation, expect, propose
+from labkit.odometry.record import (
+    STILL,
+    Decision,
+    Evidence,
+    Scales,
+    StepRecord,
+    no_match,
+    record_of_match,
+)
 from labkit.odometry.sanity import SanityLimits, prior_failures, unknown_std
-from labkit.odometry.wheels import SCALE_HISTORY, believable_wheels, is_frozen, scale_of
+from labkit.odometry.scales import History
+from labkit.odometry.search import is_same_pose
+from labkit.odometry.wheels import believable_wheels, is_frozen
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, invert, relative, to_xytheta
 from labkit.support.arrays import FloatArray
@@ -37,7 +44,6 @@ from labkit.target import Target
 
 NOTHING = Scan.from_points(np.empty((0, 2)))
 FROZEN = "the scan repeats the one before while the wheels moved: does the scanner hang?"
-MOTION_HISTORY = 20  # motions that a later step may repeat
 
 
 class MapState(NamedTuple):
@@ -47,39 +53,23 @@ class MapState(NamedTuple):
     scans: int = 0
     map: LocalMap = LocalMap()
     last_scan: Target | None = None  # the last one with points
-    last_motion: FloatArray = STILL
-    motions: tuple[FloatArray, ...] = ()  # that matches measured, the newest first
-    lost: int = 0  # steps since the last match
+    history: History = History()
     T_last_refused: FloatArray | None = None  # where the last match ended, if it was refused
-    scores: tuple[float, ...] = ()  # of the best matches beside wheels, the newest first
-    scales: tuple[float, ...] = ()  # of the wheels, that matches measured, the newest first
 
     def after(self, record: StepRecord, scan: Scan) -> MapState:
-        """The state after a step."""
-        matched = record.decision.matched
+        """The state after a step. The map waits while a refused match may have been right."""
         increment = record.increment
-        is_held = record.decision in (Decision.HOLD, Decision.STAND)
-        motions = self.motions
-        scales = self.scales
-        if matched and not record.degenerate:
-            motions = (increment, *motions)
-            scale = math.nan if record.prior is None else scale_of(record.prior, increment)
-            if not math.isnan(scale):
-                scales = (scale, *scales)
-        scores = self.scores
-        if record.prior is not None and not math.isnan(record.score):
-            scores = (max(0.0, record.score), *scores)
+        matched = record.decision.matched
+        next_map = self.map.follow(increment)
+        if record.T_taken_refused is None:
+            next_map = self.map.advance(scan, increment, record.prior, matched=matched)
         return MapState(
             pose=integrate_step(self.pose, increment),
             scans=self.scans + 1,
-            map=self.map.advance(scan, increment, record.prior, matched=matched),
+            map=next_map,
             last_scan=Target(scan) if len(scan) >= MIN_PAIRS else self.last_scan,
-            last_motion=STILL if is_held else increment,  # hold a motion only once
-            motions=motions[:MOTION_HISTORY],
-            lost=0 if matched else self.lost + 1,
+            history=self.history.after(record, scan),
             T_last_refused=record.T_taken_refused,
-            scores=scores[:SCORE_HISTORY],
-            scales=scales[:SCALE_HISTORY],
         )
 
 
@@ -111,47 +101,117 @@ class MapOdometry(Odometry[MapState]):
     ) -> tuple[StepRecord, MapState]:
         """One step: its record, and the state after it."""
         if state.scans == 0:
-            seen = scan
             record = StepRecord(increment=STILL, decision=Decision.START)
-        else:
-            wheels = believable_wheels(prior, state.scales, scan, state.last_scan)
-            told = None if wheels is None else prior
-            frozen = is_frozen(scan, state.last_scan, wheels)
-            seen = NOTHING if frozen else scan
-            record = replace(self.step(state, seen, wheels), prior=told)
-            if frozen:
-                record = replace(record, reason=FROZEN)
+            return record, state.after(record, scan)
+        scales = state.history.scales(scan, prior, self.parameters.limits)
+        wheels = believable_wheels(prior, scales, scan, state.last_scan)
+        frozen = is_frozen(scan, state.last_scan, wheels)
+        seen = NOTHING if frozen else scan
+        record = replace(
+            self.step(state, seen, wheels, scales),
+            prior=None if wheels is None else prior,
+            scales=scales,
+        )
+        if frozen:
+            record = replace(record, reason=FROZEN)
+        elif prior is not None and wheels is None:
+            reasons = [why_ignored(prior, scales), record.reason]
+            record = replace(record, reason=", ".join(filter(None, reasons)))
         return record, state.after(record, seen)
 
-    def step(self, state: MapState, scan: Scan, prior: FloatArray | None) -> StepRecord:
+    def step(
+        self, state: MapState, scan: Scan, prior: FloatArray | None, scales: Scales
+    ) -> StepRecord:
         """Propose, match, score and choose."""
         target = state.map.target
         T_map_last = state.map.T_target_last
-        limits = widen_limits(self.parameters.limits, state.lost if prior is None else 0)
+        history = state.history
         if target is None or len(scan) < MIN_PAIRS:
             record = no_match("older" if target is None else "newer")
-            return refuse(record, prior, state.last_motion, limits)
-        motions = np.array([state.last_motion, *state.motions])
-        expected = expect(T_map_last, prior, motions, state.T_last_refused)
+            return self.refuse(record, prior, history)
+        motions = np.array([history.last_motion, *history.motions])
+        expected = expect(T_map_last, prior, motions, scales, state.T_last_refused)
+        leads = prior is not None and scales.agreement < LEAD_AGREEMENT
         matches: list[Match] = []
-        for candidates in propose(scan, target, expected, limits):
+        for candidates in propose(scan, target, expected, (scales.max_shift, scales.max_turn)):
             for T_guess in candidates:
-                matches.append(match(scan, target, T_guess, expected, self.parameters.icp))
-            best, margin = choose(matches)
-            if best.score >= expected.sure_score and not (best.is_degenerate and prior is None):
+                candidate = match(scan, target, T_guess, expected, self.parameters.icp)
+                motion = to_xytheta(invert(T_map_last) @ candidate.T)
+                if not scales.allow(motion):
+                    candidate = candidate.without_score()
+                matches.append(candidate)
+            best = choose(matches)
+            is_sure = best.score >= expected.sure_score
+            if leads or (is_sure and not (best.is_degenerate and prior is None)):
                 break
-        decision = Decision.ICP if best is matches[0] else Decision.SEARCH
+        at_wheels = None
+        is_believed = best.score > MIN_SCORE and not leads
         if prior is not None:
             at_wheels = stay(scan, target, expected, self.parameters.icp)
+            nearest = best_in_window([at_wheels, *matches], expected)
+            if not expected.holds(best.T) and not is_plainly_better(best, nearest):
+                is_believed = nearest.score > MIN_SCORE and not leads
+                best = nearest if is_believed else best
             if at_wheels.agreement >= max(best.agreement, MIN_SCORE):
                 best = at_wheels
-                decision = Decision.CONFIRMED
-        record = record_of_best(best, margin, T_map_last, decision)
-        least = MIN_SCORE if prior is None else min_score(state.scores)
-        if best.score > least:
-            return believe(record, prior, limits)
-        led = least > MIN_SCORE
-        return refuse(replace(record, led=led), prior, state.last_motion, limits)
+        decision = Decision.SEARCH
+        if best is matches[0]:
+            decision = Decision.ICP
+        elif best is at_wheels:
+            decision = Decision.CONFIRMED
+        record = record_of_best(best, margin_of(best, matches), T_map_last, decision)
+        if is_believed:
+            return believe(record, prior, self.parameters.limits)
+        return self.refuse(replace(record, led=leads), prior, history)
+
+    def refuse(self, record: StepRecord, prior: FloatArray | None, history: History) -> StepRecord:
+        """The same record, but with the prior; without one hold the last motion, or stand still."""
+        increment = prior
+        decision = Decision.PRIOR
+        if increment is None:
+            increment = history.last_motion
+            decision = Decision.HOLD if increment.any() else Decision.STAND
+        T_taken_refused = None
+        if prior is not None and record.agreement > 0.0 and not record.led:
+            T_taken_refused = relative(from_xytheta(prior), from_xytheta(record.increment))
+        return replace(
+            record,
+            T_taken_refused=T_taken_refused,
+            increment=increment,
+            decision=decision,
+            reason=record.reason or why_refused(record),
+            evidence=Evidence(unknown_std(prior, self.parameters.limits)),
+        )
+
+
+def choose(matches: Sequence[Match]) -> Match:
+    """The match of the highest score; of equals the first one."""
+    highest = max(match.score for match in matches)
+    return next(match for match in matches if match.score >= highest - TIE)
+
+
+def margin_of(best: Match, matches: Sequence[Match]) -> float:
+    """By how much the agreement of a match exceeds that of the best one that ended elsewhere.
+
+    NaN where none did that scores more than 0.
+    """
+    elsewhere = [
+        match.agreement
+        for match in matches
+        if match.score > 0.0 and not is_same_pose(best.T, match.T)
+    ]
+    return best.agreement - max(elsewhere, default=math.nan)
+
+
+def best_in_window(matches: Sequence[Match], expected: Expectation) -> Match:
+    """The match of the highest score among those in the window around the wheels."""
+    inside = [match for match in matches if expected.holds(match.T)]
+    return max(inside, key=lambda match: match.score)
+
+
+def is_plainly_better(match: Match, nearest: Match) -> bool:
+    """True if a match outside the window lacks less than `AT_ONCE` of what the nearest one lacks."""
+    return 1.0 - match.score < AT_ONCE * (1.0 - nearest.score)
 
 
 def record_of_best(
@@ -174,26 +234,14 @@ def believe(record: StepRecord, prior: FloatArray | None, limits: SanityLimits) 
     return replace(record, against_prior=against_prior, reason=reason, evidence=evidence)
 
 
-def refuse(
-    record: StepRecord, prior: FloatArray | None, last_motion: FloatArray, limits: SanityLimits
-) -> StepRecord:
-    """The same record, but with the prior; without one hold the last motion, or stand still."""
-    increment = prior
-    decision = Decision.PRIOR
-    if increment is None:
-        increment = last_motion
-        decision = Decision.HOLD if last_motion.any() else Decision.STAND
-    evidence = Evidence(unknown_std(prior, limits))
-    T_taken_refused = None
-    if prior is not None and record.agreement > 0.0 and not record.led:
-        T_taken_refused = relative(from_xytheta(prior), from_xytheta(record.increment))
-    return replace(
-        record,
-        T_taken_refused=T_taken_refused,
-        increment=increment,
-        decision=decision,
-        reason=record.reason or why_refused(record),
-        evidence=evidence,
+def why_ignored(told: FloatArray, scales: Scales) -> str:
+    """Why the wheels tell nothing in a step, for a person."""
+    if scales.allow(told):
+        return "the wheels tell that the robot stands, and the scan has moved"
+    x, y, turn = told.tolist()
+    return (
+        f"the wheels tell {math.hypot(x, y):.2f} m and {math.degrees(abs(turn)):.0f}°, more than "
+        f"the robot can do ({scales.max_shift:.2f} m, {math.degrees(scales.max_turn):.0f}°)"
     )
 
 
@@ -203,18 +251,7 @@ def why_refused(record: StepRecord) -> str:
         return record.termination.value
     if record.led:
         return (
-            f"following the wheels: the best matches of the last {SCORE_HISTORY} steps score less "
-            f"than {GOOD_MEAN_SCORE} on average, and this one {record.score:.2f}"
+            f"following the wheels: the last scans agreed with the map by less than "
+            f"{LEAD_AGREEMENT} on average, and this one by {record.agreement:.2f}"
         )
     return f"the best match scores only {record.score:.2f}"
-
-
-def widen_limits(limits: SanityLimits, lost: int) -> SanityLimits:
-    """The limits of a motion after so many lost steps, for the search."""
-    if lost == 0:
-        return limits
-    return replace(
-        limits,
-        max_translation=(1 + lost) * limits.max_translation,
-        max_rotation=min(math.pi, (1 + lost) * limits.max_rotation),
-    )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from labkit.icp import icp
+from labkit.odometry.constants import MARGIN
 from labkit.odometry.propose import Expectation
 from labkit.odometry.record import Placement
 from labkit.odometry.score import score
@@ -15,8 +17,6 @@ from labkit.result import IcpResult, step_length
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
-
-FITS_AS_WELL = 0.05  # of agreement: a match is moved along a free direction if it loses no more
 
 
 class Match(NamedTuple):
@@ -36,6 +36,10 @@ class Match(NamedTuple):
         """True if the match leaves a direction free."""
         observability = self.result.observability
         return observability is None or observability.degenerate
+
+    def without_score(self) -> Match:
+        """The same match, where the robot cannot be."""
+        return self._replace(score=-math.inf, agreement=-math.inf)
 
 
 def stay(scan: Scan, target: Target, expected: Expectation, parameters: IcpParameters) -> Match:
@@ -69,6 +73,6 @@ def match(
         return from_guess
     result = icp(scan, target, T_filled, parameters)
     from_filled = Match(result, *score(result, expected))
-    if from_filled.agreement > from_guess.agreement - FITS_AS_WELL:
+    if from_filled.agreement > from_guess.agreement - MARGIN:
         return from_filled
     return from_guess

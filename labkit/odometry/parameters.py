@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from labkit.filters import Preprocessing
+from labkit.odometry.constants import RETRY_SHARE
 from labkit.odometry.sanity import SanityLimits
 from labkit.parameters import ACCURATE, IcpParameters
 from labkit.support.arrays import check_kind
-
-RETRY_SHARE = 0.5  # share of the gate and of each ICP step in the second attempt
 
 
 @dataclass(frozen=True, kw_only=True)

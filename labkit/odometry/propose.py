@@ -14,29 +14,26 @@ from typing import NamedTuple
 import numpy as np
 
 from labkit.line_alignment import Information
-from labkit.odometry.sanity import SanityLimits
-from labkit.odometry.search import MAX_STARTS, drop_duplicates, search
+from labkit.odometry.constants import (
+    AGE_HANDICAP,
+    MAX_STARTS,
+    MOTION_COST,
+    RETURN_HANDICAP,
+    SEARCH_FACTOR,
+    SURE_SCORE_ALONE,
+    SURE_SCORE_AT_REST,
+    SURE_SCORE_SLOPE,
+    USUAL_CHANGE,
+    WHEEL_COST,
+    WINDOW,
+)
+from labkit.odometry.record import Scales
+from labkit.odometry.scales import growth_of
+from labkit.odometry.search import drop_duplicates, search
 from labkit.scan import Scan
-from labkit.se2 import from_xytheta
+from labkit.se2 import from_xytheta, wrap
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
-
-SEARCH_FACTOR = 1.5  # reach of a search over the longest of the last motions, or the wheels' turn
-WHEEL_SEARCH_FACTOR = 3.0  # the same beside wheels, over the usual error of their way
-
-WHEEL_SHIFT_ERROR = 0.1  # [m]: usual error of wheels at rest
-DOUBLING_SHIFT = 0.5  # [m]: so long a motion adds the error at rest once more,
-DOUBLING_TURN = math.radians(20.0)  # [rad]: and so does a turn this large
-WHEEL_TURN_ERROR = math.radians(30.0)  # [rad]: wheels tell a turn less well than a shift
-WHEEL_COST = 0.4  # of agreement, at most, for a motion unlike that of the wheels
-MOTION_SHIFT_CHANGE = 0.5  # [m]: usual change from one motion to the next
-MOTION_TURN_CHANGE = math.radians(20.0)  # [rad]: the same, of the turn
-MOTION_COST = 0.1  # of agreement, at most, for a motion unlike the last ones
-RETURN_HANDICAP = 0.3  # of the pose that goes on from a refused match
-AGE_HANDICAP = 0.05  # of a past motion, for each step since
-SURE_SCORE_ALONE = 0.8  # without wheels: a match that scores as much needs no search
-SURE_SCORE_AT_REST = 0.2  # the same beside wheels, if they had no error
-SURE_SCORE_SLOPE = 0.7  # [1/m]: what each metre of their usual error adds
 
 
 class Expectation(NamedTuple):
@@ -45,8 +42,8 @@ class Expectation(NamedTuple):
     poses: FloatArray  # (K, 3, 3), the likeliest first
     handicap: FloatArray  # (J,): added to the squared distance from each of the first J poses,
     # by which a pose is judged; the others are only tried
-    shift: float  # usual error [m]
-    turn: float  # usual error [rad]
+    shift: float  # to either side: half of the window in which a match is expected [m]
+    turn: float  # the same [rad]
     max_cost: float  # of a pose that is unlike all
     sure_score: float  # of a match that needs no search
     T_search: FloatArray  # (3, 3): the pose around which a search looks
@@ -54,7 +51,7 @@ class Expectation(NamedTuple):
     search_turn: float  # the same, to either side [rad]
 
     def distance(self, T: FloatArray, free: FloatArray | None = None) -> FloatArray:
-        """Squared distance u of T from each pose that it is judged by, over the usual error.
+        """Squared distance u of T from each pose that it is judged by, over the window.
 
         The directions `free`, shape (F, 2), do not count.
         """
@@ -66,6 +63,10 @@ class Expectation(NamedTuple):
         turn = np.arctan2(R[:, 1, 0], R[:, 0, 0]) / self.turn
         shift = np.hypot(offset[:, 0], offset[:, 1]) / self.shift
         return np.asarray(shift**2 + turn**2 + self.handicap)
+
+    def holds(self, T: FloatArray) -> bool:
+        """True if a pose lies in the window; NaN does not."""
+        return bool(self.distance(T).min() <= 1.0)
 
     def cost(self, T: FloatArray) -> float:
         """The last term of (5.3): c u / (1 + u), u to the nearest pose."""
@@ -95,29 +96,33 @@ def expect(
     T_map_last: FloatArray,
     prior: FloatArray | None,
     motions: FloatArray,
+    scales: Scales,
     T_last_refused: FloatArray | None = None,
 ) -> Expectation:
     """Expected poses after the pose `T_map_last`, and what others cost.
 
-    By the wheels, (3,), or None; and by the last motions (K, 3), the newest first. If the last
-    match was refused, the wheels may go on from `T_last_refused`, where it ended, too.
+    By the wheels, (3,), or None; and by motions (K, 3): that of the last step, then those that were
+    measured, the newest first. A measured motion does not confirm itself: if it is unlike the one
+    before, no match is sure. If the last match was refused, the wheels may go on from
+    `T_last_refused`, where it ended, too.
     """
     if prior is None:
         poses = T_map_last @ from_xytheta(motions)
+        is_confirmed = len(motions) > 2 and is_like(motions[1], motions[2])
         return Expectation(
             poses=poses,
             handicap=np.asarray(AGE_HANDICAP * np.arange(len(poses)), np.float64),
-            shift=MOTION_SHIFT_CHANGE,
-            turn=MOTION_TURN_CHANGE,
+            shift=USUAL_CHANGE[0],
+            turn=USUAL_CHANGE[1],
             max_cost=MOTION_COST,
-            sure_score=SURE_SCORE_ALONE,
+            sure_score=SURE_SCORE_ALONE if is_confirmed else math.inf,
             T_search=T_map_last,
             search_shift=SEARCH_FACTOR * float(np.hypot(motions[:, 0], motions[:, 1]).max()),
             search_turn=SEARCH_FACTOR * float(np.abs(motions[:, 2]).max()),
         )
-    x, y, turn = prior.tolist()
-    growth = 1.0 + math.hypot(x, y) / DOUBLING_SHIFT + abs(turn) / DOUBLING_TURN
-    shift_error = WHEEL_SHIFT_ERROR * growth
+    growth = growth_of(prior)
+    shift = WINDOW * growth * scales.wheel_shift
+    turn = WINDOW * growth * scales.wheel_turn
     starts = [np.eye(3)]
     if T_last_refused is not None:
         starts.append(T_last_refused)
@@ -126,26 +131,32 @@ def expect(
     return Expectation(
         poses=poses,
         handicap=np.asarray(RETURN_HANDICAP * np.arange(len(starts)), np.float64),
-        shift=shift_error,
-        turn=WHEEL_TURN_ERROR,
+        shift=shift,
+        turn=turn,
         max_cost=WHEEL_COST,
-        sure_score=min(SURE_SCORE_ALONE, SURE_SCORE_AT_REST + SURE_SCORE_SLOPE * shift_error),
+        sure_score=min(SURE_SCORE_ALONE, SURE_SCORE_AT_REST + SURE_SCORE_SLOPE * shift),
         T_search=poses[0],
-        search_shift=WHEEL_SEARCH_FACTOR * shift_error,
-        search_turn=SEARCH_FACTOR * abs(turn),
+        search_shift=WINDOW * shift,
+        search_turn=max(turn, SEARCH_FACTOR * abs(float(prior[2]))),
     )
 
 
+def is_like(motion: FloatArray, other: FloatArray) -> bool:
+    """True if two motions, (3,), differ no more than motions in a row usually do."""
+    x, y, turn = (motion - other).tolist()
+    return math.hypot(x, y) <= USUAL_CHANGE[0] and abs(float(wrap(turn))) <= USUAL_CHANGE[1]
+
+
 def propose(
-    scan: Scan, target: Target, expected: Expectation, limits: SanityLimits
+    scan: Scan, target: Target, expected: Expectation, limits: tuple[float, float]
 ) -> Iterator[list[FloatArray]]:
     """Candidates in rounds, each tried only if no match of those before is sure.
 
     The most expected pose; then the other expected ones, and those that a search finds, as far as
-    the limits of a motion reach, or farther if that is expected.
+    the limits of a step reach, [m] and [rad], or farther if that is expected.
     """
     yield [expected.poses[0]]
-    max_shift = max(limits.max_translation, expected.search_shift)
-    max_turn = min(max(limits.max_rotation, expected.search_turn), math.pi)
+    max_shift = max(limits[0], expected.search_shift)
+    max_turn = min(max(limits[1], expected.search_turn), math.pi)
     others = drop_duplicates(expected.poses, MAX_STARTS)[1:]
     yield [*others, *search(scan, target, expected.T_search, (max_shift, max_turn))]

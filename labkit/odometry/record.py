@@ -14,6 +14,7 @@ from labkit.correspondences import MIN_PAIRS, Correspondences, pairs_at
 from labkit.covariance import fuse
 from labkit.degeneracy import observability
 from labkit.line_alignment import Information
+from labkit.odometry.constants import MARGIN, MIN_AGREEMENT, RANGE_STD
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
@@ -22,9 +23,6 @@ from labkit.support.errors import DegenerateAlignmentError
 from labkit.target import Target
 
 STILL = np.zeros(3)
-RANGE_STD = 0.01  # [m] of a range, at least
-MIN_AGREEMENT = 0.5  # a match that agrees less is doubtful
-MIN_MARGIN = 0.05  # of agreement: a match that exceeds another place by less is ambiguous
 
 
 class Decision(Enum):
@@ -47,6 +45,27 @@ class Decision(Enum):
     def matched(self) -> bool:
         """True if the scan was matched, or confirmed what the wheels told."""
         return self in (Decision.ICP, Decision.CONFIRMED, Decision.RETRY, Decision.SEARCH)
+
+    @property
+    def is_guess(self) -> bool:
+        """True if neither scan nor wheels told the motion."""
+        return self in (Decision.HOLD, Decision.STAND)
+
+
+class Scales(NamedTuple):
+    """What a run measured on its last steps, and holds the next one to."""
+
+    wheel_shift: float  # usual error of the wheels at rest [m]
+    wheel_turn: float  # the same [rad]
+    wheel_factor: float  # how many times as far as the wheels the matches lead
+    agreement: float  # of a scan with the map, usually
+    max_shift: float  # the farthest that the step can lead [m]
+    max_turn: float  # the same [rad]
+
+    def allow(self, motion: FloatArray) -> bool:
+        """True if a motion is one that the robot can do; NaN is none."""
+        x, y, turn = motion.tolist()
+        return math.hypot(x, y) <= self.max_shift and abs(turn) <= self.max_turn
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -128,9 +147,11 @@ class StepRecord:
     against_prior : bool
         Whether the match lies beyond the limits around the prior, and was believed all the same.
     led : bool
-        Whether the wheels lead: the last matches fit too little to be believed beside them.
+        Whether the wheels lead: the last scans fitted too little to be believed beside them.
     T_taken_refused : ndarray, shape (3, 3), or None
         Where a refused match ended, in the frame of the pose that was taken.
+    scales : Scales or None
+        What the run had measured before the step, and held it to.
     """
 
     increment: FloatArray
@@ -151,12 +172,13 @@ class StepRecord:
     against_prior: bool = False
     led: bool = False
     T_taken_refused: FloatArray | None = field(default=None, repr=False)
+    scales: Scales | None = None
     evidence: Evidence = field(default=UNKNOWN, repr=False)
 
     @property
     def ambiguous(self) -> bool:
         """True if the scan fits elsewhere, too."""
-        return self.margin < MIN_MARGIN
+        return self.margin < MARGIN
 
     @property
     def is_doubtful(self) -> bool:

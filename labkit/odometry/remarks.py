@@ -9,19 +9,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from labkit.odometry.constants import (
+    MAX_SHARE_AT_LIMIT,
+    MIN_AGAINST_PRIOR,
+    MIN_RATIO,
+    MIN_SHIFT,
+    MIN_STEPS,
+    MIN_TURN,
+    REST,
+    SAME_RANGE,
+)
 from labkit.odometry.record import Decision, StepRecord
-from labkit.odometry.wheels import MIN_SHIFT, REST_SHIFT, is_at_rest, scale_of
+from labkit.odometry.wheels import is_at_rest, scale_of
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
-
-MIN_BLIND_STEPS = 10  # without a match in a row: fewer get no remark
-MIN_AGAINST_PRIOR = 3  # matches against the prior in a row: fewer get no remark
-MIN_STEPS = 10  # of a statistic over the run: fewer tell nothing
-MIN_TURN = math.radians(2.0)  # [rad]: wheels and matches that turn less give no ratio
-MIN_RATIO = 0.5  # of a match's motion over the wheels'; 0.96 to 1.00 on right logs
-MAX_RATIO = 1.5  # of the same
-MAX_SHARE_AT_LIMIT = 0.05  # of the beams, on average, that end at the largest range
-SAME_RANGE = 1e-6  # [m]: two ranges that differ by less are one
 
 
 class Step(NamedTuple):
@@ -64,13 +65,13 @@ def blind_remarks(records: Sequence[StepRecord], first_scan: int) -> Iterator[st
         )
         return
     led = [record.led for record in records]
-    if longest := longest_stretch(led, MIN_BLIND_STEPS, first_scan):
+    if longest := longest_stretch(led, MIN_STEPS, first_scan):
         yield (
             f"{longest.words} follow the wheels, since the scans fit the map too "
             f"little: does something move or hide the view?"
         )
     blind = [not record.decision.matched and not record.led for record in records]
-    if longest := longest_stretch(blind, MIN_BLIND_STEPS, first_scan):
+    if longest := longest_stretch(blind, MIN_STEPS, first_scan):
         yield (
             f"{longest.words} were not matched, the first because "
             f"{records[longest.first_step].reason}: their motion was taken from the prior, or was "
@@ -99,7 +100,7 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
     scales = [scale_of(told, measured) for told, measured in zip(wheels, matches, strict=True)]
     if turns.sum() >= MIN_STEPS:
         ratio = float(np.median(matches[turns, 2] / wheels[turns, 2]))
-        if not MIN_RATIO <= ratio <= MAX_RATIO:
+        if not MIN_RATIO <= ratio <= 1.0 / MIN_RATIO:
             yield (
                 f"the scans turn {ratio:.2f} times as far as the wheels: is the scanner upside "
                 f"down, or does it count its angles clockwise? If so, read the log with "
@@ -108,7 +109,7 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
             )
     if np.isfinite(scales).sum() >= MIN_STEPS:
         ratio = float(np.nanmedian(scales))
-        if not MIN_RATIO <= ratio <= MAX_RATIO:
+        if not MIN_RATIO <= ratio <= 1.0 / MIN_RATIO:
             yield (
                 f"the scans move {ratio:.3g} times as far as the wheels: does the scanner look "
                 f"backwards, or are the wheels in another unit than metres?"
@@ -116,7 +117,7 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
             return
     told = np.hypot(wheels[:, 0], wheels[:, 1])
     measured = np.hypot(matches[:, 0], matches[:, 1])
-    drives = told > REST_SHIFT
+    drives = told > REST[0]
     if drives.sum() >= MIN_STEPS and np.median(measured[drives] / told[drives]) < MIN_RATIO:
         yield (
             f"the scans moved by {measured.sum():.2f} m in all where the wheels told "

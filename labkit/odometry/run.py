@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.odometry.base import KEPT_STEPS, Odometry
+from labkit.odometry.base import Odometry
+from labkit.odometry.constants import KEPT_STEPS
 from labkit.odometry.integration import increments_between
 from labkit.odometry.map_odometry import MapOdometry
 from labkit.odometry.parameters import OdometryParameters

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from labkit.odometry.constants import NO_LIMIT, REACH, USUAL_LIMITS
 from labkit.odometry.record import rmse_of
 from labkit.result import IcpResult
 from labkit.se2 import wrap
 from labkit.support.arrays import FloatArray, check_range
 from labkit.support.errors import InvalidParameterError
-
-NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,10 +21,11 @@ class SanityLimits:
 
     Attributes
     ----------
-    max_translation, max_rotation : float
-        The farthest the robot can move between two scans, [m] and [rad]. A search without
-        wheels looks this far. With the search, a match within the limits around a prior may
-        lie beyond.
+    max_translation, max_rotation : float or None
+        The farthest the robot can move between two scans, [m] and [rad]: nothing beyond is taken,
+        neither from a match nor from wheels. None stands for 2 m and 90°; `MapOdometry` then lets
+        a step be three times as long as the longest of the last ones. After a gap in time, or
+        steps without a match, it lets it be as many times as long as steps were missed.
     max_prior_translation, max_prior_rotation : float
         How far the step may lie from the prior, where there is one, [m] and [rad]: three
         standard deviations of your wheels' error in a step, if you know it.
@@ -36,35 +36,56 @@ class SanityLimits:
         odometry's own matcher never reaches this: its gate closes to 0.16 m.
     """
 
-    max_translation: float = field(
-        default=2.0,
-        metadata={"unit": "m", "help": "the farthest the robot can move between two scans"},
+    max_translation: float | None = field(
+        default=None,
+        metadata={
+            "unit": "m",
+            "help": "the farthest the robot can move between two scans",
+            "default": f"{USUAL_LIMITS[0]:g}, or three times the longest of the last steps",
+        },
     )
-    max_rotation: float = math.radians(90.0)
+    max_rotation: float | None = None
     max_prior_translation: float = 0.75
     max_prior_rotation: float = math.radians(30.0)
     min_inlier_ratio: float = 0.2
     max_rmse: float = 0.2
 
     def __post_init__(self) -> None:
-        for name in ("max_translation", "max_prior_translation", "max_rmse"):
+        for name in ("max_prior_translation", "max_rmse"):
             check_range(getattr(self, name), name, above=0.0, unit="m")
-        for name in ("max_rotation", "max_prior_rotation"):
-            check_range(limit := getattr(self, name), name, above=0.0, unit="rad")
-            if math.tau < limit < math.inf:
-                message = f"must be radians within one turn, got {limit:.6g}: are these degrees?"
-                raise InvalidParameterError(message, parameter=name)
+        if self.max_translation is not None:
+            check_range(self.max_translation, "max_translation", above=0.0, unit="m")
+        check_turn(self.max_prior_rotation, "max_prior_rotation")
+        if self.max_rotation is not None:
+            check_turn(self.max_rotation, "max_rotation")
         check_range(self.min_inlier_ratio, "min_inlier_ratio", at_least=0.0, at_most=1.0)
 
     @property
     def window(self) -> tuple[float, float]:
         """How far a step can lead, [m] and [rad]."""
-        return self.max_translation, self.max_rotation
+        return self.reach(0.0, 0.0)
+
+    def reach(self, longest_shift: float, longest_turn: float) -> tuple[float, float]:
+        """The same where the longest of the last steps are known, [m] and [rad]."""
+        shift, turn = self.max_translation, self.max_rotation
+        if shift is None:
+            shift = max(USUAL_LIMITS[0], REACH * longest_shift)
+        if turn is None:
+            turn = max(USUAL_LIMITS[1], REACH * longest_turn)
+        return shift, turn
 
     @property
     def prior_window(self) -> tuple[float, float]:
         """How far it may lie from the prior, [m] and [rad]."""
         return self.max_prior_translation, self.max_prior_rotation
+
+
+def check_turn(limit: float, name: str) -> None:
+    """Refuse a limit of a rotation [rad] that is none, or looks like degrees."""
+    check_range(limit, name, above=0.0, unit="rad")
+    if math.tau < limit < math.inf:
+        message = f"must be radians within one turn, got {limit:.6g}: are these degrees?"
+        raise InvalidParameterError(message, parameter=name)
 
 
 def limit_failures(motion: FloatArray, window: tuple[float, float], where: str = "") -> list[str]:

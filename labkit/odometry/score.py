@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from labkit.correspondences import loss_of
+from labkit.odometry.constants import CLEARANCE, LOOKED_THROUGH_COST, MAX_GAP
 from labkit.odometry.propose import Expectation
 from labkit.odometry.record import Placement
 from labkit.result import IcpResult
@@ -24,10 +25,6 @@ from labkit.scan import Scan
 from labkit.schedule import gate_of
 from labkit.support.arrays import FloatArray
 from labkit.support.compiled import compiled
-
-CLEARANCE = 0.3  # [m]: a beam must end this far behind a point to have looked through it
-MAX_GAP = math.radians(5.0)  # between two beams farther apart nobody knows what stands
-LOOKED_THROUGH_COST = 0.5  # of agreement, if beams look through all walls in view
 
 
 class Score(NamedTuple):

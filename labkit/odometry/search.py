@@ -19,6 +19,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from labkit.odometry.constants import (
+    CELL,
+    COARSE_CELLS,
+    COARSE_TURN,
+    FINE_TURNS,
+    MAX_COARSE_POSES,
+    MAX_POINTS,
+    MAX_RANGE,
+    MAX_SEARCH_SHIFT,
+    MAX_STARTS,
+    SAME_POSE,
+)
 from labkit.result import step_length
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta
@@ -26,18 +38,7 @@ from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.compiled import compiled
 from labkit.target import Target
 
-CELL = 0.1  # [m]: side of a cell of the tables; a point one cell away counts exp(−½)
-FIELD_REACH = 4  # cells: a point farther away counts nothing
-COARSE_SHIFT = 4  # cells from one coarse pose to the next
-COARSE_TURN = math.radians(2.0)  # [rad] from one coarse pose to the next
-FINE_TURNS = from_xytheta([[0.0, 0.0, math.radians(turn)] for turn in (-1, -0.5, 0, 0.5, 1)])
-MAX_RANGE = 20.0  # [m]: points farther away move too far in a coarse turn
-MAX_SEARCH_SHIFT = 10.0  # [m]: a search reaches no farther, however long the robot has been lost
-MAX_POINTS = 100  # of the source that are looked up
-MAX_COARSE_POSES = 200  # of the highest scores: a fine search goes on from them
-MAX_STARTS = 8  # poses that are worth trying with ICP, of the fine search and of the expected
-SAME_POSE_SHIFT = 0.3  # [m]: two poses count as one if they lie nearer than this,
-SAME_POSE_TURN = math.radians(6.0)  # [rad]: and if they differ by less than this turn
+FINE_ROTATIONS = from_xytheta([[0.0, 0.0, math.radians(turn)] for turn in FINE_TURNS])
 
 
 @compiled
@@ -80,7 +81,7 @@ def mean_values(
 def nearness(occupied: IntArray, shape: tuple[int, int], margin: int) -> FloatArray:
     """The largest exp(−½ d²) within `margin` cells, d [cells] away from the nearest `occupied`."""
     table = np.zeros(shape)
-    reach = FIELD_REACH + margin
+    reach = COARSE_CELLS + margin
     offsets = np.abs(np.arange(-reach, reach + 1))
     values = np.exp(-0.5 * np.maximum(offsets - margin, 0) ** 2)
     for row, column in occupied:
@@ -102,13 +103,13 @@ class LikelihoodField(NamedTuple):
     def of(cls, points: FloatArray) -> LikelihoodField:
         """The field of points (M, 2) [m], of those within `MAX_RANGE` of the origin."""
         points = within_range(points)
-        border = CELL * (FIELD_REACH + COARSE_SHIFT)
+        border = CELL * (COARSE_CELLS + COARSE_CELLS)
         low = points.min(axis=0, initial=0.0) - border
         high = points.max(axis=0, initial=0.0) + border
         rows, columns = np.ceil((high - low) / CELL).astype(int)
         occupied = np.floor((points - low) / CELL).astype(np.intp)
         fine = nearness(occupied, (rows, columns), 0)
-        coarse = nearness(occupied, (rows, columns), COARSE_SHIFT // 2)
+        coarse = nearness(occupied, (rows, columns), COARSE_CELLS // 2)
         return cls(low, fine, coarse)
 
 
@@ -133,7 +134,7 @@ def search(
     turn_count = math.ceil(min(window[1], math.pi) / COARSE_TURN)
     turns = np.outer(np.arange(-turn_count, turn_count + 1), [0.0, 0.0, COARSE_TURN])
     max_shift = min(window[0], MAX_SEARCH_SHIFT)
-    shifts = COARSE_SHIFT * _square(math.ceil(max_shift / (COARSE_SHIFT * CELL)))
+    shifts = COARSE_CELLS * _square(math.ceil(max_shift / (COARSE_CELLS * CELL)))
     rotated = T_target_source @ from_xytheta(turns)
     scores = mean_values(field.coarse, field.corner, points, rotated, shifts)
     highest = np.argpartition(scores, -min(MAX_COARSE_POSES, scores.size), axis=None)
@@ -145,8 +146,8 @@ def search(
 
 def refine(points: FloatArray, field: LikelihoodField, poses: FloatArray) -> FloatArray:
     """The best fine pose around each of the coarse ones (P, 3, 3), the best first."""
-    shifts = _square(COARSE_SHIFT // 2)
-    rotated = poses[:, None] @ FINE_TURNS
+    shifts = _square(COARSE_CELLS // 2)
+    rotated = poses[:, None] @ FINE_ROTATIONS
     scores = mean_values(field.fine, field.corner, points, rotated.reshape(-1, 3, 3), shifts)
     scores = scores.reshape(len(poses), -1)
     turn, shift = np.unravel_index(scores.argmax(axis=1), (len(FINE_TURNS), len(shifts)))
@@ -167,7 +168,7 @@ def drop_duplicates(poses: FloatArray, count: int) -> list[FloatArray]:
 def is_same_pose(T_a: FloatArray, T_b: FloatArray) -> bool:
     """True if two poses are so near to each other that they count as one."""
     shift, turn = step_length(np.array(T_b), np.array(T_a))
-    return shift < SAME_POSE_SHIFT and turn < SAME_POSE_TURN
+    return shift < SAME_POSE[0] and turn < SAME_POSE[1]
 
 
 def _square(radius: int) -> IntArray:

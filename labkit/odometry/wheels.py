@@ -8,28 +8,22 @@ repeats the one before to the last digit, while the wheels move.
 from __future__ import annotations
 
 import math
-from statistics import median_low
 
 import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.carried import mask_repeats
+from labkit.odometry.constants import MIN_SHIFT, REST, SAME_VIEW_SHARE
+from labkit.odometry.record import Scales
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
-
-REST_SHIFT = 0.02  # [m]: wheels that shift more do not stand
-REST_TURN = math.radians(0.5)  # [rad]: nor do wheels that turn more
-SAME_VIEW_SHARE = 0.9  # of a scan's points that repeat those of the scan before, at a stand
-MIN_SHIFT = 0.05  # [m]: wheels and matches that drive less tell no scale
-SCALE_HISTORY = 40  # matched steps that tell the scale of the wheels
-USUAL_SCALES = (1.0,) * 10  # count among them, so that few change nothing
 
 
 def is_at_rest(told: FloatArray) -> bool:
     """True if wheels tell that the robot stands."""
     x, y, turn = told.tolist()
-    return math.hypot(x, y) <= REST_SHIFT and abs(turn) <= REST_TURN
+    return math.hypot(x, y) <= REST[0] and abs(turn) <= REST[1]
 
 
 def scale_of(told: FloatArray, measured: FloatArray) -> float:
@@ -55,13 +49,13 @@ def is_frozen(scan: Scan, last_scan: Target | None, told: FloatArray | None) -> 
 
 def believable_wheels(
     told: FloatArray | None,
-    scales: tuple[float, ...],
+    scales: Scales,
     scan: Scan,
     last_scan: Target | None,
 ) -> FloatArray | None:
-    """The motion that the wheels told, times the median of the last scales.
+    """The motion that the wheels told, times the factor that matches measured.
 
-    None if they told that the robot stands while the scan has moved.
+    None if they told more than the robot can do, or that it stands while the scan has moved.
     """
     if told is None:
         return None
@@ -69,5 +63,5 @@ def believable_wheels(
         share = np.mean(mask_repeats(scan, last_scan))
         if share < SAME_VIEW_SHARE:
             return None
-    scale = median_low([*scales, *USUAL_SCALES])  # one of them: the mean of 1 and −1 is none
-    return np.asarray(told * np.array([scale, scale, 1.0]))
+    motion = told * np.array([scales.wheel_factor, scales.wheel_factor, 1.0])
+    return motion if scales.allow(motion) else None

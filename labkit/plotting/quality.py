@@ -62,6 +62,8 @@ def plot_quality(
     for ax, (name, (label, limit_name)) in zip(axes, SIGNALS.items(), strict=False):
         values = np.array([getattr(record, name) for record in records], dtype=np.float64)
         limit = getattr(limits, limit_name) if limit_name else MIN_INFORMATION
+        if name == "rotation":
+            limit = limits.window[1]
         scale = np.degrees(1.0) if name == "rotation" else 1.0
         _draw_signal(ax, steps, scale * values, decisions, scale * limit)
         ax.set_ylabel(label)

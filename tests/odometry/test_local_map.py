@@ -37,7 +37,7 @@ def driven(scans=SCANS, *, matched=True):
 
 def test_the_map_holds_the_last_key_scans_where_they_were_taken(limits):
     """With the true motions, every point lies where its scan saw it from the newest one."""
-    limits(KEY_SCANS=4, KEY_DISTANCE=0.0)
+    limits(KEY_SCANS=4, KEY_MOTION=(0.0, 9.0))
     seen = driven()
     T_world = from_xytheta(TRUTH)
     T_newest = [invert(T_world[-1]) @ T_world[k] for k in range(6, 10)]
@@ -60,7 +60,7 @@ def test_the_map_holds_the_last_key_scans_where_they_were_taken(limits):
     ],
 )
 def test_a_key_scan_is_far_from_the_last_one(limits, distance, rotation, keys):
-    limits(KEY_DISTANCE=distance, KEY_ROTATION=rotation)
+    limits(KEY_MOTION=(distance, rotation))
     seen = driven(SCANS[:5])
     assert len(seen.target.points) == sum(len(SCANS[k]) for k in keys)
     since = np.array([STEP] * (4 - keys[-1])).reshape(-1, 3)
@@ -68,13 +68,13 @@ def test_a_key_scan_is_far_from_the_last_one(limits, distance, rotation, keys):
 
 
 def test_a_scan_that_was_not_matched_is_a_key_scan(limits):
-    limits(KEY_DISTANCE=9.0, KEY_ROTATION=9.0)
+    limits(KEY_MOTION=(9.0, 9.0))
     one, two = (len(driven(SCANS[:n], matched=False).target.points) for n in (1, 2))
     assert two > one == len(driven(SCANS[:2]).target.points)
 
 
 def test_a_scan_without_points_moves_the_robot_and_leaves_the_map(limits):
-    limits(KEY_DISTANCE=0.0)
+    limits(KEY_MOTION=(0.0, 9.0))
     seen = driven([*SCANS[:3], EMPTY])
     assert len(seen.target.points) == sum(map(len, SCANS[:3]))
     np.testing.assert_allclose(seen.T_target_last, from_xytheta(STEP), atol=1e-12)

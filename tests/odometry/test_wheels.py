@@ -8,7 +8,10 @@ import pytest
 from labkit import Scan, Target
 from labkit.evaluation import ate
 from labkit.odometry import Decision, estimate_odometry, increments_between, integrate
-from labkit.odometry.wheels import SCALE_HISTORY, believable_wheels, is_at_rest, scale_of
+from labkit.odometry.constants import HISTORY
+from labkit.odometry.sanity import SanityLimits
+from labkit.odometry.scales import History
+from labkit.odometry.wheels import believable_wheels, is_at_rest, scale_of
 from labkit.simulation import Lidar, room, scan_along
 
 STEP = [0.12, 0.02, math.radians(4.0)]
@@ -37,29 +40,37 @@ def test_the_scale_is_the_way_measured_over_the_way_told_along_it():
     assert math.isnan(scale_of(0.1 * told, told))
 
 
-def test_few_scales_change_nothing_and_most_of_a_history_all():
+def scales_of(**history):
+    return History(**history).scales(EMPTY, None, SanityLimits())
+
+
+def test_few_factors_change_nothing_and_most_of_a_history_all():
+    factors = [(1.3,) * 5, (1.3,) * HISTORY, (1.3,) * 12 + (1.0,) * 9, (-1.0,) * 11]
+
+    few, many, half_wrong, reversed_wheels = (
+        scales_of(wheel_factors=each).wheel_factor for each in factors
+    )
+
+    assert (few, many, half_wrong, reversed_wheels) == (1.0, 1.3, 1.0, -1.0)  # never 0, a mean
+
+
+def test_the_factor_lengthens_ways_and_no_turns():
     told = np.array([0.2, 0.1, 0.3])
-    scan = Scan.from_points(np.eye(3)[:, :2])
+    scales = scales_of(wheel_factors=(1.3,) * HISTORY)
 
-    few = believable_wheels(told, (1.3,) * 5, scan, None)
-    many = believable_wheels(told, (1.3,) * SCALE_HISTORY, scan, None)
-    half_wrong = believable_wheels(told, (1.3,) * 12 + (1.0,) * 9, scan, None)
-    balanced = believable_wheels(told, (-1.0,) * 10, scan, None)
+    wheels = believable_wheels(told, scales, SCANS[0], None)
 
-    np.testing.assert_array_equal(few, told)
-    np.testing.assert_allclose(many, told * [1.3, 1.3, 1.0])
-    np.testing.assert_array_equal(half_wrong, told)
-    np.testing.assert_allclose(balanced, told * [-1.0, -1.0, 1.0])  # not 0, their mean
+    np.testing.assert_allclose(wheels, told * [1.3, 1.3, 1.0])
 
 
 def test_wheels_stand_beside_a_scan_that_stands_and_tell_nothing_beside_one_that_moves():
     still = np.zeros(3)
     before = Target(SCANS[0])
 
-    assert believable_wheels(still, (), SCANS[5], before) is None
-    assert believable_wheels(None, (), SCANS[5], before) is None
+    assert believable_wheels(still, scales_of(), SCANS[5], before) is None
+    assert believable_wheels(None, scales_of(), SCANS[5], before) is None
     for scan in (SCANS[0], EMPTY):
-        np.testing.assert_array_equal(believable_wheels(still, (), scan, before), still)
+        np.testing.assert_array_equal(believable_wheels(still, scales_of(), scan, before), still)
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")  # remarks on the run

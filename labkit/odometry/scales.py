@@ -1,0 +1,114 @@
+"""Scales that a run measures on its last steps, so that nobody has to choose them.
+
+How far wheels err, and by which factor they tell ways too short; how well a scan of this scanner in
+these rooms usually fits; how long a step may be. Each is a median over the last `HISTORY` steps, to
+which `FIRST_STEPS` of a stated value are added, so that few steps change little.
+"""
+
+from __future__ import annotations
+
+import math
+from statistics import median, median_low
+from typing import NamedTuple
+
+import numpy as np
+
+from labkit.odometry.constants import (
+    FIRST_AGREEMENT,
+    FIRST_STEPS,
+    FIRST_WHEEL_ERROR,
+    HISTORY,
+    LEAST_WHEEL_ERROR,
+    MIN_AGREEMENT,
+    MOTION_HISTORY,
+    SIGMA_OF_MEDIAN,
+    USUAL_CHANGE,
+)
+from labkit.odometry.record import STILL, Decision, Scales, StepRecord
+from labkit.odometry.sanity import SanityLimits
+from labkit.odometry.wheels import scale_of
+from labkit.scan import Scan
+from labkit.se2 import from_xytheta, relative, to_xytheta
+from labkit.support.arrays import FloatArray
+
+
+class History(NamedTuple):
+    """What the last steps measured, the newest first."""
+
+    last_motion: FloatArray = STILL
+    motions: tuple[FloatArray, ...] = ()  # that matches measured without doubt
+    wheel_errors: tuple[tuple[float, float], ...] = ()  # [m], [rad]: as at rest
+    wheel_factors: tuple[float, ...] = ()
+    agreements: tuple[float, ...] = ()  # of the best matches beside wheels
+    intervals: tuple[float, ...] = ()  # [s] between two scans
+    stamp: float = math.nan  # of the last scan [s]
+    missed: int = 0  # steps since the last match
+
+    def scales(self, scan: Scan, prior: FloatArray | None, limits: SanityLimits) -> Scales:
+        """The scales by which the step to a scan is judged."""
+        errors = np.array([*self.wheel_errors, *[FIRST_WHEEL_ERROR] * FIRST_STEPS])
+        usual_error = SIGMA_OF_MEDIAN * np.median(errors, axis=0)
+        shift_error, turn_error = np.maximum(usual_error, LEAST_WHEEL_ERROR).tolist()
+        max_shift, max_turn = limits.reach(
+            max((math.hypot(x, y) for x, y, _ in self.motions), default=0.0),
+            max((abs(float(turn)) for _, _, turn in self.motions), default=0.0),
+        )
+        steps = self.steps_to(scan) + (self.missed if prior is None else 0)
+        return Scales(
+            wheel_shift=shift_error,
+            wheel_turn=turn_error,
+            wheel_factor=median_low([*self.wheel_factors, *[1.0] * FIRST_STEPS]),
+            agreement=median([*self.agreements, *[FIRST_AGREEMENT] * FIRST_STEPS]),
+            max_shift=steps * max_shift,
+            max_turn=min(math.pi, steps * max_turn),
+        )
+
+    def steps_to(self, scan: Scan) -> float:
+        """How many usual steps lie between the last scan and the next one, at least 1."""
+        interval = scan.stamp - self.stamp
+        if self.intervals and interval > 0.0:
+            return max(1.0, interval / median(self.intervals))
+        return 1.0
+
+    def after(self, record: StepRecord, scan: Scan) -> History:
+        """The history after a step."""
+        is_measured = record.decision.matched and not record.degenerate
+        motions, errors, factors = self.motions, self.wheel_errors, self.wheel_factors
+        if is_measured and not record.ambiguous:
+            motions = (record.increment, *motions)
+        if is_measured and record.prior is not None:
+            factor = scale_of(record.prior, record.increment)
+            factors = factors if math.isnan(factor) else (factor, *factors)
+            is_match = record.decision is not Decision.CONFIRMED
+            if is_match and record.agreement >= MIN_AGREEMENT and record.scales is not None:
+                errors = (wheel_error(record.prior, record.increment, record.scales), *errors)
+        agreements = self.agreements
+        if record.prior is not None and not math.isnan(record.agreement):
+            agreements = (max(0.0, record.agreement), *agreements)
+        interval = scan.stamp - self.stamp
+        intervals = (interval, *self.intervals) if interval > 0.0 else self.intervals
+        return History(
+            last_motion=STILL if record.decision.is_guess or record.ambiguous else record.increment,
+            motions=motions[:MOTION_HISTORY],
+            wheel_errors=errors[:HISTORY],
+            wheel_factors=factors[:HISTORY],
+            agreements=agreements[:HISTORY],
+            intervals=intervals[:HISTORY],
+            stamp=scan.stamp,
+            missed=self.missed + 1 if record.decision.is_guess else 0,
+        )
+
+
+def growth_of(motion: FloatArray) -> float:
+    """How many times as large as at rest an error of the wheels usually is, after a motion."""
+    x, y, turn = motion.tolist()
+    shift, double_turn = USUAL_CHANGE
+    return float(1.0 + math.hypot(x, y) / shift + abs(turn) / double_turn)
+
+
+def wheel_error(told: FloatArray, measured: FloatArray, scales: Scales) -> tuple[float, float]:
+    """Error of the wheels in a step, as it would be at rest, [m] and [rad]."""
+    expected = told * np.array([scales.wheel_factor, scales.wheel_factor, 1.0])
+    x, y, turn = to_xytheta(relative(from_xytheta(expected), from_xytheta(measured))).tolist()
+    growth = growth_of(expected)
+    return math.hypot(x, y) / growth, abs(turn) / growth
