@@ -65,8 +65,8 @@ class Expectation(NamedTuple):
         return np.asarray(shift**2 + turn**2 + self.handicap)
 
     def holds(self, T: FloatArray) -> bool:
-        """True if a pose lies in the window; NaN does not."""
-        return bool(self.distance(T).min() <= 1.0)
+        """True if a pose lies in the window around the likeliest one; NaN does not."""
+        return bool(self.distance(T)[0] <= 1.0)
 
     def cost(self, T: FloatArray) -> float:
         """The last term of (5.3): c u / (1 + u), u to the nearest pose."""

@@ -45,7 +45,7 @@ def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
     records = [step.record for step in steps]
     return (
         *wheel_remarks(records),
-        *standing_remarks(steps),
+        *unbelievable_remarks(steps),
         *blind_remarks(records, first_scan),
         *against_prior_remarks(records, first_scan),
         *free_remarks(records),
@@ -126,8 +126,19 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
         )
 
 
-def standing_remarks(steps: Sequence[Step]) -> Iterator[str]:
-    """Wheels that tell that the robot stands while its scans move."""
+def unbelievable_remarks(steps: Sequence[Step]) -> Iterator[str]:
+    """Wheels that tell more than the robot can do, or that it stands while its scans move."""
+    impossible = [
+        math.hypot(*told[:2])
+        for record, told, _ in steps
+        if told is not None and record.prior is None and not is_at_rest(told)
+    ]
+    if len(impossible) >= MIN_AGAINST_PRIOR:
+        yield (
+            f"in {len(impossible)} steps the wheels told more than the robot can do, the first "
+            f"time {impossible[0]:.3g} m, and were left out: are they in metres and radians, or "
+            f"does their counter wrap?"
+        )
     standing = 0
     for record, told, _ in steps:
         x, y, turn = record.increment
