@@ -31,10 +31,8 @@ SURE_SCORE_ALONE = 0.8  # without wheels: a match that scores as much needs no s
 SURE_SCORE_AT_REST = 0.2  # the same beside wheels without an error: every 2nd scan
 SURE_SCORE_SLOPE = 0.7  # [1/m]: what each metre of the window adds to it
 MIN_SCORE = 0.1  # a match that scores less tells less than the wheels: gaps of 15 scans
-AT_ONCE = (
-    0.55  # of what the best match in the window lacks to a score of 1: one outside of it lacks
-)
-# less, or it is not believed: a door, people ahead; wheels jump
+AT_ONCE = 0.55  # of what the best match in the window lacks to a score of 1: a match outside lacks
+# less, or it is not believed: a door, wheels jump
 LEAD_AGREEMENT = 0.6  # usual agreement below which the wheels lead: 30 % ghosts, a third moving
 TIE = 0.01  # scores that differ by less are equal, and the first one wins: clean
 MARGIN = 0.05  # of agreement: matches that differ by less fit equally well

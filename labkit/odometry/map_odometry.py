@@ -210,7 +210,7 @@ def best_in_window(matches: Sequence[Match], expected: Expectation) -> Match:
 
 
 def is_plainly_better(match: Match, nearest: Match) -> bool:
-    """True if a match outside the window lacks less than `AT_ONCE` of what the nearest one lacks."""
+    """True if a match outside the window lacks little of what the nearest one in it lacks."""
     return 1.0 - match.score < AT_ONCE * (1.0 - nearest.score)
 
 
