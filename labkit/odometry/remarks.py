@@ -131,7 +131,8 @@ def unbelievable_remarks(steps: Sequence[Step]) -> Iterator[str]:
     impossible = [
         math.hypot(*told[:2])
         for record, told, _ in steps
-        if told is not None and record.prior is None and not is_at_rest(told)
+        if told is not None and not is_at_rest(told)
+        if record.prior is None and record.scales is not None
     ]
     if len(impossible) >= MIN_AGAINST_PRIOR:
         yield (
