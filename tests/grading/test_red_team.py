@@ -269,7 +269,7 @@ def test_what_the_box_says_is_checked_word_by_word():
         {"status": "x"},
         *({"value": value} for value in values),
     ):
-        with pytest.raises(ValueError, match=".+"):
+        with pytest.raises(ValueError, match=r".+"):
             read_outcome(said)
     told = read_outcome({"status": "raised", "error": "a b", "message": "\x1b[2J\u202e" * 999})
     assert told.error == "Exception"
