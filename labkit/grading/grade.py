@@ -142,15 +142,15 @@ def _follow_through(
 
     def lend(lent: Sequence[Question]) -> QuestionVerdict:
         hidden = [case for case in assignment.cases(question.id) if case.hidden]
-        replacements = {callee.function: assignment.replacement(callee.id) for callee in lent}
-        best = _with_replacements(sitting, question, hidden, replacements)
-        names = ", ".join(f"`{name}`" for name in replacements)
+        sources = {callee.function: assignment.source_to_lend(callee.id) for callee in lent}
+        best = _ask_with_lent(sitting, question, hidden, sources)
+        names = ", ".join(f"`{name}`" for name in sources)
         message = f"{best.message} This was graded with the right {names} in place of yours."
         suspects = [f"`{callee.function}`" for callee in lent if callee.id not in failed]
         if suspects:
             passing = " and ".join(suspects)
             message += f" The cases of {passing} pass: does code in there write into an argument?"
-        return replace(best, replaced=tuple(replacements), message=message)
+        return replace(best, replaced=tuple(sources), message=message)
 
     wrong = [callee for callee in callees if callee.id in failed]
     others = [callee for callee in callees if callee.id not in failed]
@@ -164,19 +164,19 @@ def _follow_through(
     return next((one for one in each if one.score >= with_all.score), with_all)
 
 
-def _with_replacements(
-    sitting: Sitting, question: Question, hidden: list[Case], replacements: Mapping[str, str]
+def _ask_with_lent(
+    sitting: Sitting, question: Question, hidden: list[Case], lent: Mapping[str, str]
 ) -> QuestionVerdict:
     """The best verdict on the hidden cases with right functions in place of the student's.
 
     They answer in the form that the question asks for, and then in that of the student's own
     answers: a caller may be written for either.
     """
-    samples = {name: sitting.samples[name] for name in replacements if name in sitting.samples}
+    samples = {name: sitting.samples[name] for name in lent if name in sitting.samples}
     verdicts = list[QuestionVerdict]()
     for forms in [{}, samples] if samples else [{}]:
         for state in range(sitting.states.get(question.function, 1)):
-            answers = sitting.ask(question, hidden, state, replacements=replacements, samples=forms)
+            answers = sitting.ask(question, hidden, state, lent=lent, samples=forms)
             verdicts.append(assess(question, hidden, answers))
             if verdicts[-1].passed:
                 return verdicts[-1]

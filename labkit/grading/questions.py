@@ -131,7 +131,7 @@ class Assignment:
         """The question of that id."""
         return {question.id: question for question in self.questions}[id]
 
-    def replacement(self, id: str) -> str:
+    def source_to_lend(self, id: str) -> str:
         """The source of a right function and of the earlier ones that it calls, and no more."""
         needed = {id}
         sources = ["import numpy as np\n"]

@@ -93,18 +93,18 @@ class Sitting:
         cases: Sequence[Case],
         state: int,
         *,
-        replacements: Mapping[str, str] = {},
+        lent: Mapping[str, str] = {},
         samples: Mapping[str, tuple[Value, ...]] = {},
         trusted: bool = False,
     ) -> list[Outcome]:
         """The outcomes of some cases of one question, all visible or all hidden.
 
-        Right functions in `replacements` stand in for the student's, and answer in the form of
+        Right functions in `lent` stand in for the student's, and answer in the form of
         those of which `samples` hold arguments.
         A call that takes too long ends them. It is asked again, alone and with more time, where
         the function is `trusted` or was right in all cases before it.
         """
-        outcomes = self._call(question, cases, state, replacements=replacements, samples=samples)
+        outcomes = self._call(question, cases, state, lent=lent, samples=samples)
         for case, outcome in zip(cases, outcomes, strict=True):
             is_returned = outcome.status is Status.RETURNED
             if not case.hidden and is_returned and is_readable(question, outcome.value):
@@ -117,13 +117,13 @@ class Sitting:
         earlier = zip(cases, outcomes[:place], strict=False)
         are_right = all(is_right(question, case, outcome.value) for case, outcome in earlier)
         if are_right and (trusted or place > 0):
-            self.hung.discard((question.function, state, frozenset(replacements)))
+            self.hung.discard((question.function, state, frozenset(lent)))
             for k in range(place, len(cases)):
                 (outcomes[k],) = self._call(
                     question,
                     cases[k : k + 1],
                     state,
-                    replacements=replacements,
+                    lent=lent,
                     samples=samples,
                     seconds=self.time.patient_call,
                 )
@@ -137,7 +137,7 @@ class Sitting:
         cases: Sequence[Case],
         state: int,
         *,
-        replacements: Mapping[str, str],
+        lent: Mapping[str, str],
         samples: Mapping[str, tuple[Value, ...]],
         seconds: float = 0.0,
     ) -> list[Outcome]:
@@ -148,7 +148,7 @@ class Sitting:
         if self.box is None or name not in self.states:
             status = Status.TOO_LONG if self.time.is_over else Status.NOT_DEFINED
             return [Outcome(status=status, message=self.faults.get(name, ""))] * len(cases)
-        if self._hangs(name, state, replacements):
+        if self._hangs(name, state, lent):
             return [Outcome(status=Status.TOO_LONG, tried=False)] * len(cases)
         is_hidden = any(case.hidden for case in cases)
         self.is_sealed |= is_hidden
@@ -160,7 +160,7 @@ class Sitting:
                 callee: [data.to_json(argument) for argument in arguments]
                 for callee, arguments in samples.items()
             }
-            order = {"function": name, "state": state, "replacements": replacements}
+            order = {"function": name, "state": state, "lent": lent}
             order |= {"samples": forms, "calls": calls}
             self.box.send(waiting_time(seconds, len(samples)), seconds=seconds, **order)
             while len(outcomes) < len(cases):
@@ -176,7 +176,7 @@ class Sitting:
         untried = replace(last, tried=last.status is not Status.TOO_LONG)
         outcomes += [untried] * (len(cases) - len(outcomes))
         if last.status in (Status.TOO_LONG, Status.KILLED):
-            self.hung.add((name, state, frozenset(replacements)))
+            self.hung.add((name, state, frozenset(lent)))
         return outcomes
 
     def _read_outcome(self) -> Outcome:
@@ -187,17 +187,18 @@ class Sitting:
         except ValueError:
             raise BoxError("the program sent an invalid answer") from None
 
-    def _hangs(self, name: str, state: int, replacements: Mapping[str, str]) -> bool:
+    def _hangs(self, name: str, state: int, lent: Mapping[str, str]) -> bool:
         """True if such a call hung, or would call a function that hung and is not lent to it.
 
         What hung may have done so for the fault of a function that is lent now: it is called.
         """
-        if (name, state, frozenset(replacements)) in self.hung:
+        if (name, state, frozenset(lent)) in self.hung:
             return True
-        lent = replacements.keys()
-        hung = {function for function, _, _ in self.hung} - {name} - lent
-        return any(function in self.calls[name] and not self.calls.get(function, set()) & lent
-                   for function in hung)  # fmt: skip
+        hung = {function for function, _, _ in self.hung} - {name} - lent.keys()
+        return any(
+            function in self.calls[name] and not self.calls.get(function, set()) & lent.keys()
+            for function in hung
+        )
 
     def close(self) -> None:
         """End the box, and count its time."""

@@ -197,7 +197,7 @@ def test_each_wall_holds_what_is_said_of_it(safe_wall, small, tmp_path):
                 seconds=30.0,
                 function="holes",
                 state=0,
-                replacements={},
+                lent={},
                 samples={},
                 calls=calls,
             )

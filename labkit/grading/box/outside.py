@@ -57,7 +57,7 @@ for name in ("labkit", "labkit.grading", "labkit.grading.box"):
     sys.modules[name] = types.ModuleType(name)
 sys.modules[name].__path__ = [{above!r}]
 sys.path[:0] = {paths!r}
-from labkit.grading.box.inside.main import main
+from labkit.grading.box.inside.session import main
 main()
 """
 PROBE = """
@@ -117,7 +117,7 @@ def why_not(wall: Wall) -> str:
             box.send(START, cells=[(PROBE, "probe")], scripts={}, functions=["holes"])
             while "answers" not in box.receive():
                 pass
-            box.send(START, function="holes", state=0, replacements={}, samples={}, calls=calls)
+            box.send(START, function="holes", state=0, lent={}, samples={}, calls=calls)
             holes = [hole for _ in calls for hole in data.from_json(box.receive()["value"])]
             return " and ".join(dict.fromkeys(holes))
     except (BoxError, LabkitError, OSError, KeyError) as error:
@@ -170,7 +170,7 @@ class Box:
         return complaint.decode(errors="replace").strip().rpartition("\n")[2]
 
     def send(self, allowed: float, attached: bytes = b"", /, **order: Any) -> None:
-        """Order what `main` in the box serves, with seconds of processor time for all answers."""
+        """Order what `session` serves, with seconds of processor time for all answers."""
         line = json.dumps({"seconds": self.wall.seconds, **order})
         unsent = memoryview(line.encode() + b"\n" + attached)
         self.allow(allowed)

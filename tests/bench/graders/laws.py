@@ -22,8 +22,8 @@ from run import grade, write_class
 from labkit.grading.box.outside import open_wall
 from labkit.grading.command import JOBS
 from labkit.grading.grade import grade_submission
+from tests.grading.failing import ASSIGNMENT, NAMES, WAYS, failing
 from tests.grading.notebooks import answered
-from tests.grading.test_laws import ASSIGNMENT, NAMES, WAYS, failing
 
 BUSY = ["nice", "-n", "5", sys.executable, "-c", "while True: pass"]
 

@@ -96,7 +96,7 @@ def test_what_was_written_grades(run):
     )
     assignment = read_assignment(cases_beside("course.secret"))
     names = {"np": np}
-    exec(assignment.replacement("double_sum"), names)
+    exec(assignment.source_to_lend("double_sum"), names)
     scores = {
         "right": names["double_sum"],
         "not doubled": np.sum,

@@ -87,25 +87,6 @@ def test_what_became_of_every_right_answer_is_told(kind, change, words):
     assert words not in told(kind, rights, [rights[0], wrongs[1]])  # one is right
 
 
-MEANS = [
-    (lambda x: x.sum(), "a sum stands where a mean belongs"),
-    (lambda x: x.sum() / (len(x) - 1), "a sum is divided by N − 1 in place of N"),
-]
-
-
-@pytest.mark.parametrize(("change", "words"), MEANS, ids=["sum", "N - 1"])
-def test_a_mean_that_is_none_is_told(change, words):
-    data = np.array([2.3, 0.7, 1.9, 4.4])
-
-    assert words in told(Answer.NUMBER, [data.mean()], [change(data)], (data,))
-
-
-def test_an_argument_that_comes_back_is_told_by_its_place():
-    x, y = np.array([1.7, 2.4]), np.array([0.3, 5.1])
-
-    assert "argument 2 comes back as it came" in told(Answer.VECTOR, [x], [y], (x, y))
-
-
 def test_answers_in_whole_numbers_that_fit_two_relations_fit_none():
     """4 is the square of 2, and twice 2; 1 is the inverse of 1, its square and its root."""
     for right, wrong in ((2.0, 4.0), (3.0, 3.0), (1.0, 0.0)):

@@ -1,7 +1,7 @@
 """Right functions in place of a student's, by whatever name the program keeps its own.
 
 A program keeps a function under its name, as a default argument, in a dict, in a partial. So each
-function that is asked for is made replaceable as soon as the statement that defines it has run.
+function that is asked for goes into a slot as soon as the statement that defines it has run.
 
 Not replaced are what a decorator of that statement keeps of it, as in a table of functions, and a
 helper to which it hands its work on. A caller that has its name in a string alone, for `eval` or
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 
-class Replacement:
+class RightFunction:
     """A right function that takes the arguments of a student's, and answers in the same form."""
 
     def __init__(self, function: Callable[..., Any], form: Any) -> None:
@@ -44,22 +44,22 @@ class Replacement:
         return positional
 
 
-class Replaceable:
+class Slot:
     """A student's function, but for its calls while a right one stands in its place."""
 
-    __slots__ = ("_name", "_own", "_replacements")
+    __slots__ = ("_lent", "_name", "_own")
 
-    def __init__(self, name: str, own: Any, replacements: Mapping[str, Replacement]) -> None:
+    def __init__(self, name: str, own: Any, lent: Mapping[str, RightFunction]) -> None:
         object.__setattr__(self, "_name", name)
         object.__setattr__(self, "_own", own)
-        object.__setattr__(self, "_replacements", replacements)
+        object.__setattr__(self, "_lent", lent)
 
     def __call__(self, *positional: Any, **named: Any) -> Any:
         """Call the right function, or the student's where there is none."""
-        replacement = self._replacements.get(self._name)
-        if replacement is None:
+        right = self._lent.get(self._name)
+        if right is None:
             return self._own(*positional, **named)
-        return replacement.call(self._own, positional, named)
+        return right.call(self._own, positional, named)
 
     @property  # type: ignore[misc]
     def __class__(self) -> type:
@@ -78,7 +78,7 @@ class Replaceable:
         """The same for a method, bound as the student's is."""
         if not hasattr(self._own, "__get__"):
             return self
-        return Replaceable(self._name, self._own.__get__(instance, owner), self._replacements)
+        return Slot(self._name, self._own.__get__(instance, owner), self._lent)
 
 
 def undefined(name: str) -> Callable[..., Any]:

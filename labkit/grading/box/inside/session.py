@@ -26,8 +26,8 @@ import numpy as np
 
 from labkit.grading.box.inside import confine, data, parsing, reading, standins
 from labkit.grading.box.inside.calling import OutOfTime, call_function, limit_time
+from labkit.grading.box.inside.lending import RightFunction, Slot, undefined
 from labkit.grading.box.inside.limits import Time
-from labkit.grading.box.inside.replacement import Replaceable, Replacement, undefined
 
 NUMBERS = (np.ndarray, np.generic, float, int, str)  # hold no function
 
@@ -47,7 +47,7 @@ class Session:
         self.finder = standins.Finder(self.run_script)
         self.compile = codeop.Compile()  # it remembers imports of __future__
         self.faults: dict[str, str] = {}  # why functions could not be parsed, by their names
-        self.replacements: dict[str, Replacement] = {}  # in place of the student's functions
+        self.lent: dict[str, RightFunction] = {}  # in place of the student's functions
 
     def tell(self, **answer: Any) -> None:
         """Write one line, whole."""
@@ -77,7 +77,7 @@ class Session:
         spaces = dict[str, Any]()  # after the last cell that defines a function, by its name
         self.space.update({name: standins.StandIn(name) for name in ("display", "get_ipython")})
         self.space["np"] = np
-        self.space |= {name: self.replaceable(name, undefined(name)) for name in functions}
+        self.space |= {name: self.make_slot(name, undefined(name)) for name in functions}
         time.sleep = lambda _: None  # who draws step by step waits for nobody here
         random.seed(0)  # graded again, a submission draws the same
         np.random.seed(0)  # noqa: NPY002
@@ -140,7 +140,7 @@ class Session:
         """
         for name, value in self.define(node, label, self.space).items():
             is_stub = name in self.answers and parsing.is_stub(value)
-            if name in self.functions and type(value) is Replaceable and not is_stub:
+            if name in self.functions and type(value) is Slot and not is_stub:
                 self.answers[name] = value
 
     def define(self, node: ast.stmt, label: str, space: dict[str, Any]) -> dict[str, Any]:
@@ -154,30 +154,30 @@ class Session:
             for name, value in list(space.items()):
                 if earlier.get(name) is not value and not isinstance(value, NUMBERS):
                     self.uses[name] |= parsing.names_in(code)
-                    defined[name] = self.make_replaceable(name, value, space)
+                    defined[name] = self.put_in_slot(name, value, space)
         return defined
 
-    def make_replaceable(self, name: str, value: Any, space: dict[str, Any]) -> Any:
-        """Make a function that is asked for replaceable, under all its names and in classes."""
-        is_own = callable(value) and type(value) not in (standins.StandIn, Replaceable)
+    def put_in_slot(self, name: str, value: Any, space: dict[str, Any]) -> Any:
+        """Put a function that is asked for into its slot, under all its names and in classes."""
+        is_own = callable(value) and type(value) not in (standins.StandIn, Slot)
         if name not in self.functions or not is_own:
             return value
-        space[name] = replaceable = self.replaceable(name, value)
+        space[name] = slot = self.make_slot(name, value)
         function = getattr(value, "__func__", value)  # of a method
         if getattr(function, "__globals__", None) is space:
             for other, holder in list(space.items()):
                 if holder is value:
-                    space[other] = replaceable
+                    space[other] = slot
                     self.uses[other].add(name)
                 for attribute, part in [*vars(holder).items()] if isinstance(holder, type) else []:
                     if getattr(part, "__func__", part) is function:
-                        setattr(holder, attribute, self.replaceable(name, part))
+                        setattr(holder, attribute, self.make_slot(name, part))
                         self.uses[attribute].add(name)
-        return replaceable
+        return slot
 
-    def replaceable(self, name: str, own: Any) -> Replaceable:
+    def make_slot(self, name: str, own: Any) -> Slot:
         """A function that right ones can stand in for."""
-        return Replaceable(name, own, self.replacements)
+        return Slot(name, own, self.lent)
 
     def run_script(self, source: str, name: str, module: types.ModuleType) -> None:
         """Run a script as the module that imports it.
@@ -212,7 +212,7 @@ class Session:
         function: str,
         state: int,
         *,
-        replacements: dict[str, str],
+        lent: dict[str, str],
         samples: dict[str, list[Any]],
         calls: list[Any],
         seconds: float,
@@ -224,12 +224,12 @@ class Session:
         """
         self.space.clear()
         self.space.update(self.states.get((function, state), {}))
-        self.replacements.clear()
+        self.lent.clear()
         forms = {name: self.form_of(name, sample, seconds) for name, sample in samples.items()}
-        for name, source in replacements.items():
+        for name, source in lent.items():
             namespace: dict[str, Any] = {}
             exec(source, namespace)
-            self.replacements[name] = Replacement(namespace[name], forms.get(name))
+            self.lent[name] = RightFunction(namespace[name], forms.get(name))
         random.seed(0)
         np.random.seed(0)  # noqa: NPY002
         for arguments in calls:
@@ -281,7 +281,7 @@ def main() -> None:
     vars(builtins)["open"] = lambda f, *a, **k: real(os.dup(1) if f == os.devnull else f, *a, **k)
     session = Session(writing)
     settings = json.loads(sys.argv[1])
-    sys.setrecursionlimit(3 * sys.getrecursionlimit())  # a replaceable call takes three levels
+    sys.setrecursionlimit(3 * sys.getrecursionlimit())  # a call through a slot takes three levels
     session.finder.install()
     confine.confine(**settings)
     for name in [name for name in sys.modules if name.partition(".")[0] == "labkit"]:

@@ -1,4 +1,4 @@
-"""A replaceable function is the student's in all but its calls."""
+"""A slot is the student's function in all but its calls."""
 
 import copy
 import functools
@@ -8,7 +8,7 @@ import types
 import numpy as np
 import pytest
 
-from labkit.grading.box.inside.replacement import Replaceable, Replacement, in_form
+from labkit.grading.box.inside.lending import RightFunction, Slot, in_form
 
 
 def own(x, gain=2.0):
@@ -24,31 +24,31 @@ class Own(np.ndarray):
 
 
 @pytest.fixture
-def replacements():
+def lent():
     return {}
 
 
 @pytest.fixture
-def replaceable(replacements):
-    return Replaceable("f", own, replacements)
+def slot(lent):
+    return Slot("f", own, lent)
 
 
-def test_it_looks_like_the_student_s_function(replaceable):
-    assert isinstance(replaceable, types.FunctionType)
-    assert inspect.isfunction(replaceable)
-    assert inspect.signature(replaceable) == inspect.signature(own)
-    assert functools.wraps(replaceable)(lambda: 0).__name__ == "own"
-    assert copy.deepcopy({"f": replaceable})["f"] is replaceable
+def test_it_looks_like_the_student_s_function(slot):
+    assert isinstance(slot, types.FunctionType)
+    assert inspect.isfunction(slot)
+    assert inspect.signature(slot) == inspect.signature(own)
+    assert functools.wraps(slot)(lambda: 0).__name__ == "own"
+    assert copy.deepcopy({"f": slot})["f"] is slot
 
 
-def test_what_is_written_on_it_stands_on_the_student_s(replaceable):
-    replaceable.calls = 7
+def test_what_is_written_on_it_stands_on_the_student_s(slot):
+    slot.calls = 7
 
-    assert own.calls == replaceable.calls == 7
+    assert own.calls == slot.calls == 7
 
 
 def test_it_is_bound_as_a_method_like_a_function():
-    holder = type("Holder", (), {"f": Replaceable("f", lambda self, x: (self, x), {})})()
+    holder = type("Holder", (), {"f": Slot("f", lambda self, x: (self, x), {})})()
 
     assert holder.f(1.0) == (holder, 1.0)
 
@@ -57,18 +57,16 @@ def test_it_is_bound_as_a_method_like_a_function():
     ("positional", "named"),
     [((5.0,), {}), ((), {"x": 5.0}), ((5.0, 4.0), {}), ((5.0,), {"gain": 4.0})],
 )
-def test_a_right_function_takes_the_arguments_of_the_student_s(
-    positional, named, replaceable, replacements
-):
-    replacements["f"] = Replacement(right, None)
+def test_a_right_function_takes_the_arguments_of_the_student_s(positional, named, slot, lent):
+    lent["f"] = RightFunction(right, None)
 
-    assert replaceable(*positional, **named) == 15.0
+    assert slot(*positional, **named) == 15.0
 
 
-def test_a_right_function_has_the_student_s_defaults(replaceable, replacements):
-    replacements["f"] = Replacement(lambda x, gain: gain * x, None)
+def test_a_right_function_has_the_student_s_defaults(slot, lent):
+    lent["f"] = RightFunction(lambda x, gain: gain * x, None)
 
-    assert replaceable(5.0) == replaceable(x=5.0) == 10.0
+    assert slot(5.0) == slot(x=5.0) == 10.0
 
 
 @pytest.mark.parametrize("form", [np.zeros(2, int), np.zeros(2).view(Own), np.zeros(2)])
@@ -91,10 +89,10 @@ def test_an_answer_in_another_form_has_the_same_numbers(form):
 
 
 @pytest.mark.parametrize("form", ["text", object(), {"R": 1.0}, {1, 2}])
-def test_a_form_that_cannot_hold_the_answer_changes_nothing(form, replaceable, replacements):
-    replacements["f"] = Replacement(lambda _: np.ones(2), form)
+def test_a_form_that_cannot_hold_the_answer_changes_nothing(form, slot, lent):
+    lent["f"] = RightFunction(lambda _: np.ones(2), form)
 
-    assert np.array_equal(replaceable(0.5), np.ones(2))
+    assert np.array_equal(slot(0.5), np.ones(2))
 
 
 def test_a_transform_keeps_what_stands_beside_it():

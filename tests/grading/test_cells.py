@@ -1,0 +1,42 @@
+"""Law 4: of cells that fail, hang or say the same again, what is right counts."""
+
+from labkit.grading.questions import read_assignment
+from tests.grading.failing import ASSIGNMENT, NAMES
+from tests.grading.notebooks import HANDED_OUT, cell, notebook
+from tests.grading.small import RIGHT as RIGHT_NUMBERS
+
+
+def test_what_is_handed_out_and_not_touched_is_called_not_written(graded):
+    files = {"a.ipynb": HANDED_OUT.read_bytes()}
+
+    verdict = graded(files, ASSIGNMENT)
+
+    assert verdict.score == 0.0
+    assert {one.message for one in verdict.questions} == {
+        f"`{name}` is not written yet." for name in NAMES
+    }
+
+
+def test_of_two_states_the_better_counts(graded, small):
+    """A later cell makes what an answer uses worse, and it is not defined again."""
+    cells = ["def power(x):\n    return x * x\n", "def double(x):\n    return power(x)\n",
+             "def negate(x):\n    return -x\n", "def power(x):\n    return 0.0\n"]  # fmt: skip
+    for order in (cells, [cells[3], *cells[1:3], cells[0]]):
+        verdict = graded(
+            {"a.ipynb": notebook([cell(one) for one in order])}, read_assignment(small)
+        )
+
+        assert verdict.score == 3.5, verdict.questions
+
+
+def test_experiments_without_an_end_cost_no_answer_and_end_no_box(graded, small):
+    """Law 4: they share the time of two cells, and those beyond are left out, constants never."""
+    cells = ["while True:\n    pass"] * 60
+    cells += ["TWO = 2", RIGHT_NUMBERS.replace("2 * x", "TWO * x")]
+
+    verdict = graded(
+        {"a.ipynb": notebook([cell(one) for one in cells])}, read_assignment(small), seconds=0.5
+    )  # fmt: skip
+
+    assert verdict.score == 5.0
+    assert not any("ended the program" in note for note in verdict.notes), verdict.notes
