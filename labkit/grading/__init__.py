@@ -11,9 +11,9 @@ the session         ``box/inside/session.py``, ``calling.py``;  runs cells, keep
                     ``standins.py``, ``data.py``                calls it; plain data goes out
 lending             ``box/inside/lending.py``                   each asked function is a slot, into
                                                                 which a right one may go
-grading             ``grade.py``, ``sitting.py``                visible cases, hidden ones, lent ones
+grading             ``grade.py``, ``sitting.py``                visible cases, then hidden ones
 the assignment      ``questions.py``                            questions and cases, as data
-judging             ``judge/``                                  right or wrong, and why; `check`, too
+judging             ``judge/``                                  right or wrong, and why; for `check`
 records and marks   ``classroom/store.py``, ``marks.py``        verdicts by what they follow from;
                                                                 points, lateness, groups by people
 what comes out      ``classroom/results.py`` and beside it;     scores, gradebooks, pages, code;
