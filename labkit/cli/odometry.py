@@ -12,7 +12,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from labkit.cli.outputs import WRITERS, make_sure_of_room, output_paths, write_files
+from labkit.cli.outputs import WRITERS, Run, make_sure_of_room, output_paths, write_files
 from labkit.cli.reading import add_log_options, progress, read
 from labkit.evaluation import PoseErrors, compare
 from labkit.logs import Log
@@ -134,7 +134,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.quiet:
         print(_decisions(result, seconds))
         _print_errors(log, result, wheels)
-    written, errors = write_files(paths, log, result, wheels)
+    written, errors = write_files(paths, Run(log=log, result=result, wheels=wheels))
     if written and not args.quiet:
         print("wrote " + ", ".join(written))
     for error in errors:

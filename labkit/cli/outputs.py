@@ -6,19 +6,25 @@ import csv
 import math
 import os
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryFile
 
 import numpy as np
 
+from labkit.cli.grid_map import GridMap, occupancy, write_pgm, write_yaml
 from labkit.logs import Log, write_tum
 from labkit.odometry import OdometryResult, StepRecord
+from labkit.scan import scanner_poses
+from labkit.se2 import from_xytheta, matrices_of, to_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.support.errors import InvalidParameterError, WriteError
 from labkit.support.files import atomic_write, refuse_unwritable
 
 COLUMNS = (
-    *("scan", "stamp", "decision", "doubtful", "dx_m", "dy_m", "dtheta_rad"),
+    *("scan", "stamp", "x_m", "y_m", "theta_rad", "robot_x_m", "robot_y_m", "robot_theta_rad"),
+    *("decision", "doubtful", "dx_m", "dy_m", "dtheta_rad"),
     *("cov_xx", "cov_xy", "cov_xt", "cov_yy", "cov_yt", "cov_tt"),  # [m², m rad, rad²]
     *("inliers", "inlier_ratio", "rmse_m", "agreement", "score", "margin", "ambiguous"),
     *("against_prior", "rotation_rad", "information", "degenerate", "iterations"),
@@ -61,60 +67,135 @@ def make_sure_of_room(paths: Sequence[str], scan_count: int) -> None:
             raise WriteError(f"cannot write {path}: {reason}; choose another --out") from error
 
 
-def write_files(
-    paths: Sequence[str], log: Log, result: OdometryResult, wheels: FloatArray | None
-) -> tuple[list[str], list[WriteError]]:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Run:
+    """A log, its odometry, and the paths that its files hold.
+
+    Attributes
+    ----------
+    wheels : ndarray, shape (K, 3), or None
+        The scanner's path by the wheels alone.
+    """
+
+    log: Log
+    result: OdometryResult
+    wheels: FloatArray | None
+
+    @property
+    def axes(self) -> str:
+        """The axes of the scanner's poses."""
+        return "its first scan" if self.log.reference is None else "the log's reference"
+
+    @cached_property
+    def stamps(self) -> FloatArray:
+        """Times of the scans [s], or their numbers if the log has no times."""
+        if np.isnan(self.log.stamps).any():
+            return np.arange(len(self.log), dtype=float)
+        return self.log.stamps
+
+    @cached_property
+    def robot(self) -> FloatArray | None:
+        """Poses (K, 3) of the robot, where the scanner's place on it is known.
+
+        They stand in the axes of the robot's first pose, or of the log's reference.
+        """
+        offset = self.log.laser_offset
+        if offset is None:
+            return None
+        T_w_laser = matrices_of(self.result.poses)
+        T_w_robot = T_w_laser @ np.linalg.inv(from_xytheta(offset))
+        if self.log.reference is None:
+            T_w_robot = np.linalg.inv(T_w_robot[0]) @ T_w_robot
+        return to_xytheta(T_w_robot)
+
+    @cached_property
+    def grid(self) -> GridMap:
+        """The map in the axes of the robot's poses, or else of the scanner's."""
+        if self.robot is None or self.log.laser_offset is None:
+            return occupancy(self.result.poses, self.log.scans)
+        return occupancy(scanner_poses(self.robot, self.log.laser_offset), self.log.scans)
+
+
+def write_files(paths: Sequence[str], run: Run) -> tuple[list[str], list[WriteError]]:
     """Write all files that can be written; their names, and what stopped the others."""
     written, errors = list[str](), list[WriteError]()
     for path, write in zip(paths, WRITERS.values(), strict=False):
+        if write is _write_robot and run.robot is None:
+            continue
         try:
-            write(path, log, result, wheels)
+            write(path, run)
             written.append(path)
         except WriteError as error:
             errors.append(error)
     return written, errors
 
 
-def _write_trajectory(
-    path: str, log: Log, result: OdometryResult, wheels: FloatArray | None
-) -> None:
-    """Write the poses, in the format TUM."""
-    write_tum(path, _stamps(log), result.poses)
+def _write_trajectory(path: str, run: Run) -> None:
+    """Write the poses of the scanner, in the format TUM."""
+    write_tum(
+        path, run.stamps, run.result.poses, f"poses of the scanner, in the axes of {run.axes}"
+    )
 
 
-def _write_quality(path: str, log: Log, result: OdometryResult, wheels: FloatArray | None) -> None:
-    """Write one CSV row a step: its decision and the grounds; an empty field has no number."""
+def _write_robot(path: str, run: Run) -> None:
+    """Write the poses of the robot, in the format TUM."""
+    if run.robot is not None:
+        write_tum(
+            path, run.stamps, run.robot, f"poses of the robot, in the axes of {_axes_of(run)}"
+        )
+
+
+def _axes_of(run: Run) -> str:
+    """The axes of the robot's poses, and of the map."""
+    return run.axes if run.robot is None or run.log.reference is not None else "its first pose"
+
+
+def _write_quality(path: str, run: Run) -> None:
+    """Write one CSV row a scan: pose, decision and its grounds; an empty field has no number."""
+    robot = run.robot
+    if robot is None:
+        robot = np.full_like(run.result.poses, np.nan)
     with atomic_write(path) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
-        for scan, (stamp, record) in enumerate(zip(_stamps(log), result.records, strict=True)):
-            writer.writerow([scan, repr(float(stamp)), *_cells(record)])
+        rows = zip(run.stamps, run.result.poses, robot, run.result.records, strict=True)
+        for scan, (stamp, *poses, record) in enumerate(rows):
+            told = [_number(value) for value in np.concatenate(poses).tolist()]
+            writer.writerow([scan, repr(float(stamp)), *told, *_cells(record)])
 
 
-def _write_map(path: str, log: Log, result: OdometryResult, wheels: FloatArray | None) -> None:
+def _write_map(path: str, run: Run) -> None:
     """Draw the scans at the estimated poses, the trajectory, the wheels and the reference."""
     from matplotlib.figure import Figure  # noqa: PLC0415 (slow)
 
     from labkit.plotting import plot_trajectory  # noqa: PLC0415
 
+    log = run.log
     figure = Figure(figsize=(7.0, 5.6), layout="constrained")  # letters are read on a page
     ax = figure.add_subplot()
-    plot_trajectory(ax, result.poses, log.scans, log.reference, wheels=wheels)
-    ax.set_title(f"{log.name}: map and trajectory by scan matching")
+    plot_trajectory(ax, run.result.poses, log.scans, log.reference, wheels=run.wheels)
+    ax.set_title(f"{log.name}: map and trajectory of the scanner")
     with atomic_write(path, "wb") as file:
         figure.savefig(file, format="png", dpi=200)
 
 
+def _write_grid(path: str, run: Run) -> None:
+    write_pgm(path, run.grid)
+
+
+def _write_grid_yaml(path: str, run: Run) -> None:
+    whose = "the scanner" if run.robot is None else "the robot"
+    write_yaml(path, run.grid, f"in the axes of {_axes_of(run)}; poses of {whose} stand in them")
+
+
 WRITERS = {
     "-odometry.tum": _write_trajectory,
+    "-robot.tum": _write_robot,
     "-quality.csv": _write_quality,
     "-map.png": _write_map,
+    "-map.pgm": _write_grid,
+    "-map.yaml": _write_grid_yaml,
 }
-
-
-def _stamps(log: Log) -> FloatArray:
-    """Times of the scans [s], or their numbers if the log has no times."""
-    return np.arange(len(log), dtype=float) if np.isnan(log.stamps).any() else log.stamps
 
 
 def _cells(record: StepRecord) -> list[str]:

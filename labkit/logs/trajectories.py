@@ -30,7 +30,9 @@ MAX_HOLD = 0.1  # [s]: a scan this near in time to a pose takes it, whatever lie
 MAX_GAP = 2.0  # [s]: between two poses farther apart nobody knows the way
 
 
-def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike) -> None:
+def write_tum(
+    path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike, comment: str = ""
+) -> None:
     """Write a planar trajectory: z = 0 and the quaternion (0, 0, sin θ/2, cos θ/2).
 
     Parameters
@@ -41,13 +43,18 @@ def write_tum(path: str | os.PathLike[str], stamps: ArrayLike, poses: ArrayLike)
         Times in seconds; a run without times needs its indices here.
     poses : array_like, shape (K, 3)
         Rows (x [m], y [m], θ [rad]).
+    comment : str
+        A line on whose poses they are, in which axes.
     """
     check_kind(path, "path", str, os.PathLike)
+    check_kind(comment, "comment", str)
     rows = as_poses(poses, "poses")
     times = as_stamps(stamps, "stamps", len(rows))
     half = wrap(rows[:, 2]) / 2.0
     table = np.column_stack([times, rows[:, :2], np.sin(half), np.cos(half)])
     with atomic_write(path) as file:
+        if comment:
+            file.write(f"# {' '.join(comment.split())}\n")
         file.write(f"# {TUM}\n")
         for t, x, y, qz, qw in table.tolist():
             file.write(f"{t!r} {x!r} {y!r} 0.0 0.0 0.0 {qz!r} {qw!r}\n")

@@ -35,7 +35,8 @@ OUTSIDE_SHARE = 0.002  # of the map's points, beyond each of the four sides of t
 OPAQUE_SCANS = 20  # a map of at most so many scans is opaque,
 MIN_ALPHA = 0.2  # one of many scans nearly transparent
 SHORT_PATH = 0.05  # of the picture's width: a shorter path hides under its marks
-MOST_SCANS = 5000  # of a longer run each second, third or n-th scan makes the map
+MOST_POINTS = 1_000_000  # of a longer run each second, third or n-th scan makes the map
+INSET_HEIGHT = 0.36  # of the picture, which grows upwards: the inset hides no wall
 MAP_GREY = "0.55"  # lighter than any trajectory, in grey print too
 
 
@@ -58,8 +59,8 @@ def plot_trajectory(
     poses : array_like, shape (K, 3)
         The trajectory, rows (x [m], y [m], θ [rad]).
     scans : sequence of Scan, length K, optional
-        Scan at each pose: grey points, which are one picture even in a PDF. Of more than 5,000
-        scans each second, third or n-th is drawn.
+        Scan at each pose: grey points, which are one picture even in a PDF. Of more than
+        a million points each second, third or n-th scan is drawn.
     reference : array_like, shape (R, 3), optional
         Another trajectory in the same world: a dashed line.
     wheels : array_like, shape (W, 3), optional
@@ -76,7 +77,8 @@ def plot_trajectory(
         # Nearly transparent pixels: a wall seen often grows dark, a stray return stays faint.
         check_series(scans, "scans")
         _expect_one_to_one(rows, scans)
-        drawn = slice(None, None, math.ceil(len(scans) / MOST_SCANS) or 1)
+        beams = max((len(scan) for scan in scans[:: len(scans) // 100 + 1]), default=0)
+        drawn = slice(None, None, math.ceil(len(scans) * beams / MOST_POINTS) or 1)
         world = map_points(rows[drawn], scans[drawn], range_max=range_max)
         alpha = min(1.0, max(MIN_ALPHA, OPAQUE_SCANS / max(len(scans), 1)))
         ax.plot(*world.T, ",", color=MAP_GREY, alpha=alpha, rasterized=True, zorder=1.5)
@@ -127,8 +129,10 @@ def _limit_view(ax: Axes, world: FloatArray, paths: Sequence[FloatArray | None])
 
 
 def _enlarge_path(ax: Axes, rows: FloatArray) -> None:
-    """Show a short path by itself, in the upper right corner."""
-    inset = ax.inset_axes((0.68, 0.64, 0.3, 0.3))
+    """Show a short path by itself, above the map."""
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, low + (high - low) / (1.0 - INSET_HEIGHT))
+    inset = ax.inset_axes((0.35, 1.04 - INSET_HEIGHT, 0.3, INSET_HEIGHT - 0.12))
     x, y = rows[:, :2].T
     inset.plot(x, y, "-", color=SOURCE, linewidth=1.0)
     inset.plot(x[0], y[0], "o", ms=7.0, mfc="none", color=GREEN)
@@ -149,13 +153,11 @@ def map_points(
     check_kinds(scans, "scans", Scan)
     check_range(range_max, "range_max", above=0.0, unit="m")
     _expect_one_to_one(rows, scans)
-    # One long array instead of a loop over scans: p_w = R(θ_k) p + t_k, with k for each point.
-    points = np.vstack([scan.points.reshape(-1, 2) for scan in scans])
-    k = np.repeat(np.arange(len(rows)), [len(scan) for scan in scans])
-    within_range = np.hypot(points[:, 0], points[:, 1]) <= range_max
-    points, k = points[within_range], k[within_range]
-    R = rotation(rows[:, 2])
-    return np.asarray(np.einsum("nij,nj->ni", R[k], points) + rows[k, :2])
+    worlds = [np.empty((0, 2))]
+    for (x, y, theta), scan in zip(rows, scans, strict=True):
+        points = scan.points[np.hypot(*scan.points.T) <= range_max]
+        worlds.append(points @ rotation(theta).T + [x, y])  # p_w = R(θ_k) p + t_k
+    return np.vstack(worlds)
 
 
 def _expect_one_to_one(poses: FloatArray, scans: Sequence[Scan]) -> None:

@@ -9,9 +9,14 @@ import pytest
 
 from labkit.cli import outputs
 from labkit.logs import read_log, read_tum, write_tum
+from labkit.se2 import from_xytheta, matrices_of
 from labkit.support.errors import WriteError
 
 NOTHING = ("--out", "none")
+FILES = [
+    *("room-map.pgm", "room-map.png", "room-map.yaml"),
+    *("room-odometry.tum", "room-quality.csv"),
+]
 
 
 @pytest.fixture
@@ -25,7 +30,7 @@ def test_a_log_becomes_a_trajectory_a_table_and_a_map(run, carmen_log, files, tm
     assert status == 0
     assert "room: 8 scans, prior: the log's odometry" in out
     assert "7 matched (0 after a search, 0 against the prior), 0 from the prior, 0 sk" in out
-    assert files() == ["room-map.png", "room-odometry.tum", "room-quality.csv"]
+    assert files() == FILES
     stamps, poses = read_tum(tmp_path / "room-odometry.tum")
     assert stamps.tolist() == [k + 0.5 for k in range(8)]
     driven = path - path[0]
@@ -45,6 +50,26 @@ def test_a_log_becomes_a_trajectory_a_table_and_a_map(run, carmen_log, files, tm
     assert (rows[0]["ambiguous"], rows[3]["ambiguous"], rows[3]["margin"]) == ("", "0", "")
 
 
+def test_the_robot_s_path_stands_beside_the_scanner_s_and_each_is_named(run, carmen_log, tmp_path):
+    """The law: T_w_robot @ T_robot_laser = T_w_laser, but for the axes of the first pose."""
+    offset = (-0.2, 0.1, np.pi)
+    run("odometry", carmen_log[0], "--laser-offset", *offset)
+
+    scanner, robot = (read_tum(f"room-{name}.tum")[1] for name in ("odometry", "robot"))
+    mounted = matrices_of(robot) @ from_xytheta(offset)
+    expected = np.linalg.inv(mounted[0]) @ mounted
+    np.testing.assert_allclose(matrices_of(scanner), expected, atol=1e-9)
+    heads = [(tmp_path / f"room-{name}.tum").read_text()[:30] for name in ("odometry", "robot")]
+    assert [head.split(",")[0] for head in heads] == [
+        "# poses of the scanner",
+        "# poses of the robot",
+    ]
+    rows = list(csv.DictReader((tmp_path / "room-quality.csv").read_text().splitlines()))
+    table = [[float(row[f"robot_{axis}"]) for axis in ("x_m", "y_m")] for row in rows]
+    np.testing.assert_allclose(table, robot[:, :2], atol=1e-6)
+    assert "poses of the robot stand in them" in (tmp_path / "room-map.yaml").read_text()
+
+
 def test_a_folder_takes_files_of_the_log_s_name_and_quiet_is_quiet(
     run, carmen_log, files, tmp_path
 ):
@@ -52,7 +77,7 @@ def test_a_folder_takes_files_of_the_log_s_name_and_quiet_is_quiet(
     for folder in ("runs", "runs/"):
         assert run("odometry", carmen_log[0], "-q", "--out", folder) == (0, "", "")
     found = sorted(path.name for path in (tmp_path / "runs").iterdir())
-    assert found == ["room-map.png", "room-odometry.tum", "room-quality.csv"]
+    assert found == FILES
 
 
 def test_a_log_comes_through_standard_input(run, carmen_log, monkeypatch, files):
@@ -60,7 +85,7 @@ def test_a_log_comes_through_standard_input(run, carmen_log, monkeypatch, files)
         monkeypatch.setattr("sys.stdin", io.TextIOWrapper(log))
         status, out, _ = run("odometry", "-")
     assert (status, "stdin: 8 scans, prior: the log's odometry" in out) == (0, True)
-    assert files() == ["stdin-map.png", "stdin-odometry.tum", "stdin-quality.csv"]
+    assert files() == [name.replace("room", "stdin") for name in FILES]
 
 
 @pytest.mark.parametrize(
@@ -114,7 +139,7 @@ def test_a_full_disk_stops_a_run_before_the_matching(run, carmen_log, monkeypatc
     assert "cannot write room-odometry.tum: No space left on device; choose another --out" in err
 
 
-@pytest.mark.parametrize("failing", range(3))
+@pytest.mark.parametrize("failing", [0, 2, 3, 4, 5])
 def test_a_file_that_fails_costs_neither_the_summary_nor_the_others(
     run, carmen_log, monkeypatch, files, failing
 ):
@@ -124,7 +149,7 @@ def test_a_file_that_fails_costs_neither_the_summary_nor_the_others(
     ending = list(outputs.WRITERS)[failing]
     monkeypatch.setitem(outputs.WRITERS, ending, fail)
     status, out, err = run("odometry", carmen_log[0])
-    assert (status, "7 matched" in out, len(files())) == (1, True, 2)
+    assert (status, "7 matched" in out, len(files())) == (1, True, len(FILES) - 1)
     assert f"labkit odometry: cannot write room{ending}: no more room" in err
 
 
@@ -198,7 +223,7 @@ def test_the_head_of_killian_against_its_reference(run, files):
     assert "prior: wheel odometry simulated from the reference, seed 0" in out
     assert "odometry, RPE a step" in out
     assert "prior, RPE a step" in out
-    assert files() == ["head-map.png", "head-odometry.tum", "head-quality.csv"]
+    assert files() == [name.replace("room", "head") for name in FILES]
 
 
 @pytest.mark.parametrize(

@@ -90,8 +90,18 @@ def test_a_path_that_its_marks_would_hide_is_enlarged(ax, length, insets):
     assert len(ax.child_axes) == insets
 
 
+def test_the_enlarged_path_hides_no_wall(ax):
+    walls = np.random.default_rng(0).uniform(-3.0, 3.0, (2000, 2))
+    plot_trajectory(ax, [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], [Scan.from_points(walls)] * 2)
+
+    (inset,) = ax.child_axes
+    ax.figure.canvas.draw()
+    bottom = inset.get_window_extent().y0
+    assert (ax.transData.transform(walls)[:, 1] < bottom).mean() > 0.999
+
+
 def test_a_long_run_is_drawn_by_every_nth_scan(ax, monkeypatch):
-    monkeypatch.setattr("labkit.plotting.trajectory.MOST_SCANS", 3)
+    monkeypatch.setattr("labkit.plotting.trajectory.MOST_POINTS", 3)
     scans = [Scan.from_points([[float(k), 0.0]]) for k in range(7)]
 
     plot_trajectory(ax, np.zeros((7, 3)), scans)
