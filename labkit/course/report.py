@@ -12,7 +12,6 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from labkit.evaluation import ErrorSummary, compare
@@ -66,8 +65,8 @@ class Picture:
         )
 
 
-def figure_with_text(figure: Figure, text: str) -> Picture:
-    """A figure as a notebook and a report show it, with `text` for those who cannot see it."""
+def figure_with_text(figure: Any, text: str) -> Picture:
+    """A figure of matplotlib as a report shows it, with `text` for those who cannot see it."""
     png = io.BytesIO()
     figure.savefig(png, format="png", dpi=200)
     return Picture(png.getvalue(), text)

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import fields
 from pathlib import Path
 
 from labkit import alignment, correspondences, degeneracy, line_alignment, normals, schedule
-from labkit.parameters import IcpParameters
+from labkit.interactive.controls import CONTROLS
 from labkit.plotting.style import css_variables
 from labkit.result import Termination
 
 FOLDER = Path(__file__).resolve().parent
-SLIDERS = tuple(  # parameters of `IcpParameters` that a slider moves: those with a label
-    field.name for field in fields(IcpParameters) if "label" in field.metadata
-)
 IMPORT = re.compile(r"^import\s[^;]*?\sfrom \"(\.\.?/[\w/]+\.js)\";\n", re.MULTILINE)
 CONSTANTS = {  # by the module that defines them
     alignment: "RELATIVE_RESOLUTION",
@@ -29,10 +25,10 @@ CONSTANTS = {  # by the module that defines them
 
 
 def constants() -> str:
-    """Text of the module ``constants.js``: values that labkit defines and the page shares."""
+    """Text of the module ``constants.js``: what labkit defines and the page shares."""
     values: dict[str, object] = {
         "TERMINATIONS": {ending.name: ending.value for ending in Termination},
-        "SLIDERS": SLIDERS,
+        "CONTROLS": [control.to_json() for control in CONTROLS],
     }
     for module, names in CONSTANTS.items():
         values |= {name: getattr(module, name) for name in names.split()}

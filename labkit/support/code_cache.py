@@ -30,7 +30,7 @@ def tell_of_compiling() -> None:
     """Say why a first call takes long; in a notebook as output, since stderr looks like a fault."""
     line = "compiling the matcher for this computer, once: 10 to 30 s"
     if "ipykernel" in sys.modules:
-        print(line)
+        sys.stdout.write(f"{line}\n")
     else:
         tell(line)
 

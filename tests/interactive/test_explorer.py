@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import fields
 from functools import partial
 
 import numpy as np
@@ -14,7 +15,17 @@ pytest.importorskip("anywidget")
 
 import labkit
 from labkit import IcpParameters, LabkitError, Scan
-from labkit.interactive import Scene, icp_explorer, icp_sliders, killian_scene, live_figure
+from labkit.interactive import (
+    Explorer,
+    Scene,
+    icp_explorer,
+    icp_sliders,
+    killian_scene,
+    live_figure,
+)
+from labkit.interactive.controls import CONTROLS
+from labkit.interactive.controls import NAMES as CONTROL_NAMES
+from labkit.interactive.front_end import constants
 
 ONE_POINT = Scan.from_points([[1.0, 0.0]])
 CORNER = Scan.from_points([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [0.0, 3.0]])
@@ -105,3 +116,17 @@ def test_guess_parameters_and_truth_reach_the_page():
 @pytest.mark.parametrize("runs", [True, False])
 def test_the_page_runs_the_loop_at_once_or_waits(runs):
     assert SLIDERS(runs=runs).runs is runs
+
+
+def test_a_control_is_one_entry_that_python_and_the_page_share():
+    page, widget = constants(), SLIDERS()
+
+    for control in CONTROLS:
+        assert Explorer.class_traits()[control.name].metadata["sync"]
+        assert f'"name": "{control.name}", "kind": "{control.kind}"' in page
+        for value in control.values:
+            setattr(widget, control.name, value)
+            assert getattr(widget, control.name) == value
+    assert set(CONTROL_NAMES) == {
+        field.name for field in fields(IcpParameters) if "label" in field.metadata
+    }

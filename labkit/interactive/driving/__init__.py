@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from typing import Any
 
 import traitlets
@@ -66,7 +66,6 @@ class Drive(DrawnWidget):
     lidar = traitlets.Dict().tag(sync=True)
     wheels = traitlets.Dict().tag(sync=True)
     parameters = traitlets.Dict().tag(sync=True)
-    parameter_words = traitlets.Dict().tag(sync=True)
 
     def draw(self, figure: Figure) -> None:
         """Draw the first place with the robot at its start and its first scan."""
@@ -96,5 +95,4 @@ def drive() -> Drive:
         lidar=asdict(DRIVE_LIDAR) | {"angles": DRIVE_LIDAR.angles.tolist()},
         wheels={name: asdict(noise) for name, noise in WHEELS.items()},
         parameters=parameters_to_json(ACCURATE),
-        parameter_words={field.name: dict(field.metadata) for field in fields(ACCURATE)},
     )

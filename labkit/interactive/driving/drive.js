@@ -2,8 +2,9 @@
 // behind.
 
 import { freshContext, palette, tween } from "../explorer/canvas.js";
-import { TERMINATIONS } from "../explorer/constants.js";
+import { CONTROLS, TERMINATIONS } from "../explorer/constants.js";
 import {
+  SLIDERS,
   button,
   choice,
   element,
@@ -23,7 +24,7 @@ import {
   toXYTheta,
   transform,
 } from "../explorer/se2.js";
-import { DIALS, isPage, keepHere, keptHere, toClipboard } from "../explorer/state.js";
+import { isPage, keepHere, keptHere, toClipboard } from "../explorer/state.js";
 import { View, widgetOf } from "../explorer/view.js";
 import { drawMark, legendOf } from "../marks.js";
 import { Odometry, distanceOff, takeScan } from "./odometry.js";
@@ -119,9 +120,8 @@ class DriveView extends View {
     });
     this.controls = parameterControls({
       scenes: [],
-      words: this.model.get("parameter_words"),
-      choose() {},
-      tell: (name) => (value) => {
+      onScene() {},
+      onValue: (name) => (value) => {
         this.parameters[name] = value;
         return this.request();
       },
@@ -167,7 +167,7 @@ class DriveView extends View {
       part("row", this.score, close, again, ...(isPage() ? [copy] : [])),
       this.said,
       this.spoken,
-      part("sliders", ...DIALS.map((name) => this.controls[name].node)),
+      part("sliders", ...SLIDERS.map((name) => this.controls[name].node)),
     );
     this.listen();
   }
@@ -273,9 +273,9 @@ class DriveView extends View {
     if (!hash.startsWith(RACE)) return;
     const link = Object.fromEntries(new URLSearchParams(hash.slice(RACE.length)));
     this.choose(link.wheels);
-    for (const name of DIALS) {
-      const value = link[name] === "null" ? null : Number(link[name]);
-      if (name in link && isValueOf(name, value)) this.parameters[name] = value;
+    for (const control of CONTROLS.filter(({ name }) => SLIDERS.includes(name) && name in link)) {
+      const value = link[control.name] === "null" ? null : Number(link[control.name]);
+      if (isValueOf(control, value)) this.parameters[control.name] = value;
     }
     this.enter(link.world);
     const poses = decoded(link.drive ?? "", this.at.start).slice(0, LONGEST);
@@ -291,7 +291,7 @@ class DriveView extends View {
   }
 
   copy() {
-    const set = Object.fromEntries(DIALS.map((name) => [name, this.parameters[name]]));
+    const set = Object.fromEntries(SLIDERS.map((name) => [name, this.parameters[name]]));
     const drive = encoded(this.poses.slice(0, LONGEST));
     const told = { world: this.at.name, wheels: this.wheels, ...set, drive };
     const link = location.href.split("#")[0] + RACE + new URLSearchParams(told);
@@ -337,7 +337,7 @@ class DriveView extends View {
     if (rests && this.now !== null) this.spoken.textContent = this.sum();
     this.adviseAtWall();
     this.now = rests || this.now === null ? null : now;
-    for (const name of DIALS) this.controls[name].set(this.parameters[name]);
+    for (const name of SLIDERS) this.controls[name].set(this.parameters[name]);
     if (this.rival && this.rival.odometry.scans.length < this.rival.poses.length) this.replay();
     this.draw();
     if (this.now !== null || this.sliding) this.request();

@@ -246,7 +246,7 @@ export class HandView extends View {
     if (!running && outcome === 0)
       said = `${found}: the robot moved ${moved} m and turned ${turn}°.`;
     else if (!running && this.ended)
-      said = `${ended}: ${far} from where the robot was. Drag the scan nearer, then let ICP finish.`;
+      said = `${ended}: ${far} from where the robot was. Drag the scan nearer, and try again.`;
     const isFound = !running && outcome === 0;
     if (isFound && !this.root.matches(".icp-found"))
       this.root.dispatchEvent(new Event("icp-found", { bubbles: true }));

@@ -1,6 +1,12 @@
 // The controls: plain HTML elements with labels, which the browser makes usable by keyboard;
 // and those of what a run is told: the scans, the guess, and the parameters that have sliders.
 
+import { CONTROLS } from "./constants.js";
+
+export const PARAMETERS = CONTROLS.map(({ name }) => name);
+export const SLIDERS = CONTROLS.filter(({ kind }) => kind === "slider").map(({ name }) => name);
+const VALUE_TOLERANCE = 1e-9; // of a value that went through a link
+
 // Ids are the whole page's, but JupyterLab loads this module anew for each widget: a count alone
 // would give two widgets the same ids, and a label of the second would belong to the first.
 const loaded = Math.random().toString(36).slice(2);
@@ -67,10 +73,11 @@ export function nearestIndex(values, wanted) {
   return values.reduce((best, value, i) => (apart(value) < apart(values[best]) ? i : best), 0);
 }
 
-// Whether a slider can be set to it.
-export function isValueOf(name, value) {
-  if (value === null) return VALUES[name].includes(null);
-  return VALUES[name].some((each) => each !== null && Math.abs(each - value) < 1e-9);
+// Whether a control can be set to a value; that of a slider may have lost its last digits.
+export function isValueOf({ kind, values }, value) {
+  if (kind === "checkbox") return typeof value === "boolean";
+  const isNear = (other) => Number.isFinite(other) && Math.abs(other - value) < VALUE_TOLERANCE;
+  return values.some((other) => other === value || (value !== null && isNear(other)));
 }
 
 // Numbers from `first` to `last` in equal steps, without the dust of adding them up.
@@ -125,22 +132,6 @@ export function keepToItself(root, signal) {
     root.addEventListener(type, (event) => event.stopPropagation(), { signal });
 }
 
-export const METRICS = [
-  ["point_to_point", "point to point"],
-  ["point_to_line", "point to line"],
-];
-// Equal steps change equally much: distances are as on a log scale.
-const round = [
-  0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1, 1.2,
-  1.5, 2,
-];
-// What a slider can be set to, where nothing else is told.
-export const VALUES = {
-  max_correspondence_distance: [...round.filter((each) => each >= 0.05), null],
-  overlap_ratio: steps(0.2, 1, 0.01),
-  huber_delta: [...round.filter((each) => each <= 0.5), null],
-};
-
 // So many digits after the point, a true minus, and no negative zero.
 export const fixed = (value, count) =>
   (Math.round(value * 10 ** count) / 10 ** count || 0).toFixed(count).replace("-", "−");
@@ -149,34 +140,27 @@ export const fixed = (value, count) =>
 export const digits = (value) =>
   fixed(value, Math.abs(100 * value - Math.round(100 * value)) < 1e-6 ? 2 : 3);
 
-// One control for each slider's name, and "scene"; `tell(name)` makes what takes its value, `words`
-// are the labels, units and explanations of labkit's IcpParameters, and `values` what a slider can
-// be set to where it is not the usual.
-export function parameterControls({ scenes, words, choose, tell, values }) {
-  const told = (name) => ({
-    name,
-    label: words[name].label,
-    title: words[name].help,
-    onValue: tell(name),
+// The controls by name, and "scene". `onValue(name)` makes what takes the value of one; `values`
+// are those of a slider by its name, where they are not the usual ones.
+export function parameterControls({ scenes, onScene, onValue, values = {} }) {
+  const makers = {
+    slider: ({ unit, ...control }) => {
+      const withUnit = (value) => [digits(value), unit].filter(Boolean).join(" ");
+      return slider({ ...control, read: (value) => (value === null ? "off" : withUnit(value)) });
+    },
+    choice: ({ values: names, ...control }) =>
+      choice({ ...control, options: names.map((name) => [name, name.replaceAll("_", " ")]) }),
+    checkbox,
+  };
+  const made = CONTROLS.map(({ kind, help, ...control }) => {
+    const { name } = control;
+    const own = { title: help, onValue: onValue(name), values: values[name] ?? control.values };
+    return [name, makers[kind]({ ...control, ...own })];
   });
-  const read =
-    ({ unit }) =>
-    (value) =>
-      value === null ? "off" : [digits(value), unit].filter(Boolean).join(" ");
-  const sliders = Object.entries(VALUES).map(([name, usual]) => [
-    name,
-    slider({ ...told(name), values: values?.[name] ?? usual, read: read(words[name]) }),
-  ]);
+  const options = scenes.map((name) => [name, name]);
   return {
-    scene: choice({
-      name: "scene",
-      label: "scans",
-      onValue: choose,
-      options: scenes.map((name) => [name, name]),
-    }),
-    metric: choice({ ...told("metric"), options: METRICS }),
-    ...Object.fromEntries(sliders),
-    approach: checkbox(told("approach")),
+    scene: choice({ name: "scene", label: "scans", onValue: onScene, options }),
+    ...Object.fromEntries(made),
   };
 }
 

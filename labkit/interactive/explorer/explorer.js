@@ -6,6 +6,7 @@ import { Basin } from "./basin.js";
 import { HandView } from "./by_hand.js";
 import { palette, tween } from "./canvas.js";
 import {
+  PARAMETERS,
   button,
   element,
   guessSliders,
@@ -15,7 +16,6 @@ import {
   steps,
   toggle,
 } from "./controls.js";
-import { SLIDERS } from "./constants.js";
 import { drawCost } from "./cost.js";
 import { pairsAt } from "./correspondences.js";
 import { icp } from "./icp.js";
@@ -49,7 +49,7 @@ class ExplorerView extends View {
     this.compact = model.get("form") === "sliders";
     this.build();
     this.live();
-    this.follow([...SLIDERS, "guess"]);
+    this.follow([...PARAMETERS, "guess"]);
     this.follow(["scene"], () => this.enter());
     const linked = !this.compact && stateFromAddress(this.names());
     const given = linked || (!this.compact && keptState(this.names()));
@@ -68,11 +68,10 @@ class ExplorerView extends View {
   build() {
     const values = this.model.get("sliders");
     this.controls = parameterControls({
-      values,
+      values: values ?? {},
       scenes: this.names(),
-      words: this.model.get("parameter_words"),
-      choose: (name) => this.choose(name),
-      tell: (name) => (value) => this.set({ [name]: value }),
+      onScene: (name) => this.choose(name),
+      onValue: (name) => (value) => this.set({ [name]: value }),
     });
     const place = (guess) => {
       this.stop();
@@ -197,7 +196,7 @@ class ExplorerView extends View {
   reset() {
     storeBet(this.scene, null);
     const first = this.model.get("first_parameters");
-    this.set(Object.fromEntries(SLIDERS.map((name) => [name, first[name]])));
+    this.set(Object.fromEntries(PARAMETERS.map((name) => [name, first[name]])));
     this.choose(this.model.get("scene"));
     this.enter();
   }
@@ -295,7 +294,7 @@ class ExplorerView extends View {
   }
 
   parameters() {
-    const moved = SLIDERS.map((name) => [name, this.model.get(name)]);
+    const moved = PARAMETERS.map((name) => [name, this.model.get(name)]);
     return { ...this.model.get("first_parameters"), ...Object.fromEntries(moved) };
   }
 
@@ -327,7 +326,7 @@ class ExplorerView extends View {
     this.setMode("move");
     this.plane.frame(Float64Array.of(0, 0, ...this.target.points, ...there, ...here));
     // Else it is watched
-    const isRun = this.compact && Object.keys(this.model.get("sliders") ?? SLIDERS).length;
+    const isRun = this.compact && Object.keys(this.model.get("sliders") ?? PARAMETERS).length;
     this.shown = isRun ? null : 0;
     this.told = this.compact;
     this.basin.forget();
@@ -356,7 +355,7 @@ class ExplorerView extends View {
       this.sync();
       this.readouts.speak({ result: this.result, told: this.isTold(), ...this.reference() });
     }
-    for (const name of [...SLIDERS, "scene"]) this.controls[name].set(this.model.get(name));
+    for (const name of [...PARAMETERS, "scene"]) this.controls[name].set(this.model.get(name));
     this.guess.set(guess);
     this.scrubber.resize(steps(0, this.last(), 1));
     this.scrubber.set(this.number());

@@ -1,13 +1,12 @@
 // A state of the explorer as a link to it. A page has its last state again when it is reloaded; in
 // JupyterLab Python has it.
 
-import { SLIDERS } from "./constants.js";
-import { METRICS, isValueOf } from "./controls.js";
+import { CONTROLS } from "./constants.js";
+import { PARAMETERS, isValueOf } from "./controls.js";
 
 const STORE = "labkit-explorer";
 const HASH = "#icp?";
-export const DIALS = ["max_correspondence_distance", "overlap_ratio", "huber_delta"];
-const TOLD = ["scene", ...SLIDERS, "guess"];
+const TOLD = ["scene", ...PARAMETERS, "guess"];
 
 export const isPage = () => document.documentElement.hasAttribute("data-content_root");
 const stateOf = (model) => Object.fromEntries(TOLD.map((name) => [name, model.get(name)]));
@@ -81,8 +80,7 @@ function sensible(scenes, read) {
     const { shown, ...values } = read();
     if (!TOLD.every((name) => name in values) || !scenes.includes(values.scene)) return null;
     if (values.guess.length !== 3 || !values.guess.every(Number.isFinite)) return null;
-    if (!DIALS.every((name) => isValueOf(name, values[name]))) return null;
-    if (!METRICS.some(([name]) => name === values.metric)) return null;
+    if (!CONTROLS.every((control) => isValueOf(control, values[control.name]))) return null;
     return { shown, values: Object.fromEntries(TOLD.map((name) => [name, values[name]])) };
   } catch {
     return null;

@@ -5,8 +5,8 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields
-from typing import Any, get_args
+from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 import traitlets
@@ -14,10 +14,11 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from labkit.icp import DEFAULTS, icp
+from labkit.interactive.controls import CONTROLS, NAMES, SLIDERS
 from labkit.interactive.drawn import DrawnWidget, frame_points
 from labkit.interactive.explorer.scenes import Scene, default_scenes
-from labkit.interactive.front_end import SLIDERS, bundle, style
-from labkit.parameters import IcpParameters, Metric
+from labkit.interactive.front_end import bundle, style
+from labkit.parameters import IcpParameters
 from labkit.plotting import plot_scans
 from labkit.result import IcpResult
 from labkit.scan import Scan, as_scan
@@ -43,14 +44,9 @@ class Explorer(DrawnWidget):
     runs = traitlets.Bool(True).tag(sync=True)
     scene_data: traitlets.List[Any] = traitlets.List().tag(sync=True)
     first_parameters = traitlets.Dict().tag(sync=True)
-    parameter_words = traitlets.Dict().tag(sync=True)
     sliders = traitlets.Dict(allow_none=True, default_value=None).tag(sync=True)
     scene = traitlets.Unicode().tag(sync=True)
-    metric = traitlets.Enum(get_args(Metric)).tag(sync=True)
-    max_correspondence_distance = traitlets.Float(allow_none=True).tag(sync=True)
-    overlap_ratio = traitlets.Float().tag(sync=True)
-    huber_delta = traitlets.Float(allow_none=True).tag(sync=True)
-    approach = traitlets.Bool().tag(sync=True)
+    vars().update({control.name: control.trait().tag(sync=True) for control in CONTROLS})
     guess = traitlets.List(traitlets.Float(), minlen=3, maxlen=3).tag(sync=True)
     outcome = traitlets.Dict().tag(sync=True)
 
@@ -67,17 +63,16 @@ class Explorer(DrawnWidget):
         super().__init__(
             scene_data=[scene_to_json(scene) for scene in scenes],
             first_parameters=first,
-            parameter_words={field.name: dict(field.metadata) for field in fields(parameters)},
             scene=scenes[0].name,
             guess=_to_row(scenes[0].T_init),
-            **{name: first[name] for name in SLIDERS},
+            **{name: first[name] for name in NAMES},
             **layout,
         )
 
     @property
     def parameters(self) -> IcpParameters:
         """Parameters as the sliders stand."""
-        moved = {name: getattr(self, name) for name in SLIDERS}
+        moved = {name: getattr(self, name) for name in NAMES}
         return parameters_from_json(self.first_parameters | moved)
 
     @property
@@ -113,7 +108,7 @@ class Explorer(DrawnWidget):
             raise InvalidParameterError(f"must be one of {names}, got {name!r}", parameter="scene")
         return name
 
-    @traitlets.validate("max_correspondence_distance", "overlap_ratio", "huber_delta")
+    @traitlets.validate(*SLIDERS)
     def _check_parameter(self, proposal: dict[str, Any]) -> Any:
         value = none_if_off(proposal["value"])
         parameters_from_json({proposal["trait"].name: value})
