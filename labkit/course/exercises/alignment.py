@@ -75,28 +75,6 @@ def best_scale(p, q):
     return abs(np.vdot(x, y)) / spread(x)
 
 
-def _walls():
-    rng = np.random.default_rng(4)
-    return {
-        f"a centroid {x:g} m ahead": (rng.uniform((x - 1.0, -3.0), (x + 1.0, 3.0), (100, 2)), 0.02)
-        for x in (2.0, 8.0)
-    }
-
-
-@exercise("How sure is the translation?", _walls, {
-    "The lever is missing: an error of the angle moves the image of the centroid, too.":
-        {"(1 + (p.mean(0) ** 2).sum() / p.var(0).sum())": "1"},
-    "ℓ² is the mean squared distance from the *centroid*, not from the origin.":
-        {"p.var(0).sum()": "(p**2).sum(1).mean()"},
-    "ℓ² is a mean: divide the sum of the squares by N.":
-        {"/ p.var(0).sum()": "/ p.var(0).sum() / len(p)"},
-}, tolerance=1e-8)
-def std_of_translation(p, sigma):
-    """By (2.10)."""
-    along = sigma / len(p) ** 0.5
-    return along, along * (1 + (p.mean(0) ** 2).sum() / p.var(0).sum()) ** 0.5
-
-
 def _outliers():
     rng, cases = np.random.default_rng(5), {}
     p = rng.uniform((-4.0, -3.0), (4.0, 3.0), (10, 2))

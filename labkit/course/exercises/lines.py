@@ -89,27 +89,3 @@ def seen_step(A, g, least):
     values, V = np.linalg.eigh(A)
     parts = (values >= least) / values * (V.T @ g)
     return -V @ parts
-
-
-def _two_sources():
-    wheels = np.array([[160.0, 20.0, 5.0], [20.0, 400.0, 0.0], [5.0, 0.0, 3000.0]])
-    x_scan = np.array([0.10, 0.01, 0.035])
-    x_wheels = np.array([0.52, 0.03, 0.02])
-    return {
-        about: (x_scan, np.diag([along, 40000.0, 90000.0]), x_wheels, wheels)
-        for about, along in (("a smooth corridor", 0.0), ("a corridor with doors", 900.0))
-    }
-
-
-@exercise("Wheels and scan, fused", _two_sources, {
-    "This is the mean of the two, whatever they know.": lambda x, A, y, B: (x + y) / 2,
-    "This weighs each with the diagonal of its information only.":
-        lambda x, A, y, B: fuse(x, np.diag(np.diag(A)), y, np.diag(np.diag(B))),
-    "The sum is not divided: solve with the sum of the matrices.": lambda x, A, y, B: A @ x + B @ y,
-    "The matrices are inverted first; they are informations already, not covariances.":
-        lambda x, A, y, B: fuse(x, np.linalg.inv(A), y, np.linalg.inv(B)),
-})
-def fuse(x_scan, info_scan, x_wheels, info_wheels):
-    """The wheels, moved by a gain towards the scan."""
-    gain = np.linalg.solve(info_scan + info_wheels, info_scan)
-    return x_wheels + gain @ (x_scan - x_wheels)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from labkit import IcpParameters, Target, align, apply, icp, to_xytheta, transform, wrap
+from labkit import IcpParameters, Target, align, apply, icp, transform
 from labkit.correspondences import huber_loss
 from labkit.course.exercises import exercise
 from labkit.course.exercises.se2 import look
@@ -107,32 +107,3 @@ def match_through_gates(source, target, T_init, gates):
     for gate in gates:
         T = _end(source, target, T, gate)
     return T
-
-
-def _errors():
-    T = transform(0.8, -0.6, 0.5)
-    T_far = transform(15.0, -9.0, 0.4)
-    older = apply(T_far, look(np.eye(3)))
-    cases = {}
-    for budget, degrees in ((50, (-170, -8, 3, 8, 100)), (3, (-25, -12, -1, 1, 15))):
-        parameters = IcpParameters(max_correspondence_distance=0.5, max_iterations=budget)
-        cases[f"guesses turned by {degrees} degrees, and {budget} iterations at most"] = (
-            look(T), older, T_far @ T, np.radians(degrees), parameters)
-    return cases
-
-
-@exercise("How far the heading may be off", _errors, {
-    "This asks how far a run went from its guess; ask how far its end is from the truth.":
-        {"abs(end_errors)": "abs(wrap(end_errors - errors))"},
-    "A heading is held to 2 as if it were in degrees.": {"np.radians(2)": "2"},
-    "The error keeps its sign, so that a heading far to the right passes: take its size.":
-        {"abs(end_errors)": "end_errors"},
-    "The guess is turned about the world's origin; turn it about the robot, behind `T_true`.":
-        {"T_true @ transform(0, 0, error)": "transform(0, 0, error) @ T_true"},
-})
-def headings_that_work(source, target, T_true, errors, parameters):
-    """The error of the end, in either direction."""
-    guesses = [T_true @ transform(0, 0, error) for error in errors]
-    ends = np.array([icp(source, target, T, parameters).T_target_source for T in guesses])
-    end_errors = wrap(to_xytheta(ends)[:, 2] - to_xytheta(T_true)[2])
-    return abs(end_errors) < np.radians(2)

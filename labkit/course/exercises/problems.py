@@ -123,40 +123,6 @@ def sideways_std(n, s, sigma):
     return s * sigma * math.sqrt(sum(m**2 for m in range(n)))
 
 
-@exercise("The wrong side", {
-    "a turn of 90° and a step": (transform(0.4, 0.1, math.pi / 2), transform(0.05, 0.02, 0.02)),
-    "two large motions": (transform(2.0, -1.0, 2.5), transform(-1.0, 3.0, -1.2)),
-}, {
-    "Only the step is turned; the other product turns `t` as well.":
-        lambda T, dT: (T[:2, :2] - np.eye(2)) @ dT[:2, 2],
-    "Only `t` is turned; the other product turns the step as well.":
-        lambda T, dT: -(dT[:2, :2] - np.eye(2)) @ T[:2, 2],
-})
-def gap_of_sides(T, dT):
-    """By the products that the problem forbids."""
-    return (T @ dT - dT @ T)[:2, 2]
-
-
-R = np.linspace(0.0, 1.0, 21)
-
-
-@exercise("A parabola above Huber's loss", {
-    "it touches at 0.1 m": (R, 0.1, 0.2), "it touches at 0.4 m": (R, 0.4, 0.2),
-    "it touches at 0.9 m": (R, 0.9, 0.2),
-}, {
-    "It does not touch: at r0 it has to have the loss's value there.": {"+ loss": ""},
-    "This is r². Beyond δ the parabola is flatter than that: its factor is the weight δ/r0.":
-        lambda r, r0, d: r**2,
-    "This is the tangent in r, a line that lies below the loss; it is a parabola in r.":
-        lambda r, r0, d: parabola_above(r0, r0, d) + 2 * min(r0, d) * (r - r0),
-})
-def parabola_above(r, r0, delta):
-    """The tangent of the loss in r²."""
-    linear = 2 * delta * r0 - delta**2
-    loss = linear if r0 > delta else r0**2
-    return min(1.0, delta / r0) * (r**2 - r0**2) + loss
-
-
 @exercise("How narrow a wedge may be", {
     "an angle of 10°": (math.radians(10),), "an angle of 90°": (math.pi / 2,),
     "an angle of 150°": (math.radians(150),),

@@ -49,53 +49,6 @@ def seen_from_first(poses):
     return np.column_stack([shifts @ se2.rotation(-poses[0, 2]).T, se2.wrap(turns)])
 
 
-@exercise("The guess from the key scan", {
-    f"a robot at {pose} and a step of {step}": (se2.transform(*pose), np.array(step))
-    for pose, step in (((0.8, 0.3, 0.9), (0.5, 0.05, 0.2)), ((-0.2, 1.0, 2.4), (0.4, 0.0, -0.3)))
-}, {
-    "The step is put on the left: the robot measured it, so it acts before the pose, on its right.":
-        lambda T, s: se2.transform(*s) @ T,
-    "The numbers are added; the step has to be turned by the robot's heading.":
-        lambda T, s: se2.from_xytheta(se2.to_xytheta(T) + s),
-    "The step is turned the wrong way: by R(−ψ) instead of R(ψ).": {"math.sin": "-math.sin"},
-    "The step is turned by the new heading; it is measured in the frame before it.":
-        {"math.cos(heading), math.sin(heading)":
-         "math.cos(heading + turn), math.sin(heading + turn)"},
-    "The step is turned by the mean of both headings; it is measured in the frame before it.":
-        {"math.cos(heading), math.sin(heading)":
-         "math.cos(heading + turn / 2), math.sin(heading + turn / 2)"},
-})
-def guess_from_key(T_key_before, step):
-    """The coordinates of (5.2)."""
-    x, y, heading = se2.to_xytheta(T_key_before)
-    dx, dy, turn = step
-    c, s = math.cos(heading), math.sin(heading)
-    return se2.transform(x + c * dx - s * dy, y + s * dx + c * dy, heading + turn)
-
-
-@exercise("How far the key scan is used up", {
-    "a robot that is ahead and aside": (se2.transform(0.9, 0.8, 0.05), 2.0, math.radians(15.0)),
-    "a robot that has backed": (se2.transform(-2.6, 0.3, 0.1), 2.0, math.radians(15.0)),
-    "a robot that has turned left": (se2.transform(0.5, 0.1, 0.21), 2.0, math.radians(15.0)),
-    "a robot that has turned right": (se2.transform(0.6, -0.1, -0.35), 2.0, math.radians(15.0)),
-}, {
-    "Only |Δx| is looked at; a robot moves aside, too.": {"math.hypot(x, y)": "abs(x)"},
-    "Δx and Δy are added; the way is their length.": {"math.hypot(x, y)": "(abs(x) + abs(y))"},
-    "Take the larger share, not the sum.":
-        {"max(shift_share, turn_share)": "shift_share + turn_share"},
-    "This is the smaller share; the key scan is used up as soon as one of them is 1.":
-        {"max(shift_share, turn_share)": "min(shift_share, turn_share)"},
-    "The angle keeps its sign, so that turns to the right never count: take its size.":
-        {"abs(psi)": "psi"},
-})
-def key_used_up(T_key_now, reach, turn):
-    """The larger share."""
-    x, y, psi = se2.to_xytheta(T_key_now)
-    shift_share = math.hypot(x, y) / reach
-    turn_share = abs(psi) / turn
-    return max(shift_share, turn_share)
-
-
 @exercise("The error of an edge", {
     "an edge between neighbours": tuple(map(np.array, (
         (1.0, 2.0, 0.7), (1.5, 2.3, 1.0), (0.6, 0.0, 0.45)))),

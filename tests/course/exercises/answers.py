@@ -9,7 +9,7 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from scipy.sparse.linalg import spsolve
 
-from labkit import IcpParameters, Target, align, apply, icp, to_xytheta, wrap
+from labkit import IcpParameters, Target, align, apply, icp, wrap
 from labkit import transform as T2
 from labkit.correspondences import huber_loss
 from labkit.course.exercises import exercises
@@ -48,12 +48,6 @@ def cost(d, gate, count, delta, by):
     return huber_loss(np.minimum(np.sort(d)[:count], gate), delta).sum() / by
 
 
-def window(p, q, ok):
-    s = ((p[:, None] - q) ** 2).sum(2)
-    s[~ok] = np.inf
-    return np.where(ok.any(1), s.argmin(1), -1)
-
-
 def lines(p, n, w, by=None):
     arm = p - w @ p / w.sum()
     length = np.sqrt(w @ (arm**2).sum(1) / w.sum())
@@ -64,11 +58,6 @@ def lines(p, n, w, by=None):
 def seen(A, g, use):
     values, vectors = np.linalg.eigh(A)
     return -vectors @ (use(values) * (vectors.T @ g))
-
-
-def works(p, q, T, errors, told, guess, test):
-    ends = [icp(p, q, guess(T, e), told).T_target_source for e in errors]
-    return np.array([test(to_xytheta(relative(T, ends[k]))[2], e) for k, e in enumerate(errors)])
 
 
 def share(a, b, tie=0.5):
@@ -115,7 +104,6 @@ WRONG = [
     ("align_in_space", "sign", lambda p, q: svd(p, q, t=lambda R, a, b: R @ a - b)),
     ("align_robustly", "the same with `delta=inf`", lambda p, q, d: align(p, q)),
     ("best_scale", "", lambda p, q: np.sum(q * (p @ align(p, q)[:2, :2].T)) / np.sum(p ** 2)),
-    ("std_of_translation", "lever is missing", lambda p, s: (s / np.sqrt(len(p)), s / np.sqrt(len(p)))),
     ("truncated_square", "charged nothing", lambda r, d: (np.where(r <= d, r ** 2, 0), (r <= d) * 1.0)),
     ("truncated_square", "on the gate", lambda r, d: (np.minimum(r, d) ** 2, r < d)),
     ("mutual_pairs", "not its partner", lambda p, q: ((t := Target(q).search.query(p)[0]), Target(p).search.query(q)[0][t] == t)[1]),
@@ -128,12 +116,8 @@ WRONG = [
     ("first_stops", "of each kind", lambda t, r, e: ((t < e).argmax(), (r < e).argmax())),
     ("first_stops", "first False", lambda t, r, e: ((t < e).argmin(), (r < e).argmin())),
     ("match_through_gates", "first guess again", lambda p, q, T, g: through(p, q, T, g[-1:])),
-    ("headings_that_work", "from its guess", lambda p, q, T, e, s: works(p, q, T, e, s, lambda T, a: T @ T2(0, 0, a), lambda off, a: abs(wrap(off - a)) < D(2))),
     ("lever_error", "half", lambda r, e: r * np.sin(abs(e) / 2)),
     ("seen_from_first", "shifted", lambda p: np.column_stack([p[:, :2] - p[0, :2], wrap(p[:, 2] - p[0, 2])])),
-    ("key_used_up", "keeps its sign", lambda T, r, a: max(np.hypot(*T[:2, 2]) / r, to_xytheta(T)[2] / a)),
-    ("key_used_up", "not the sum", lambda T, r, a: np.hypot(*T[:2, 2]) / r + abs(to_xytheta(T)[2]) / a),
-    ("key_used_up", "smaller share", lambda T, r, a: min(np.hypot(*T[:2, 2]) / r, abs(to_xytheta(T)[2]) / a)),
     ("solve_graph", "nothing fixes pose 0", unheld),
     ("solve_graph", "take the sizes", exercises()["solve_graph"].apply_edits({"abs(step).max()": "step.max()"})[0]),
     ("line_icp", "", exercises()["line_icp"].apply_edits({"d <= gate": "abs(e) <= gate"})[0]),
@@ -165,7 +149,6 @@ RIGHT = [
     ("mutual_pairs", lambda p, q: [int(Target(p).search.query(q[j][None])[0][0] == i) for i, j in enumerate(Target(q).search.query(p)[0])]),
     ("match_by_median_gate", lambda p, q, T: rounds(p, q, T, lambda d, T: d @ T, 60, gate=lambda d: 3 * sorted(d)[len(d) // 2])),
     ("cost_of", lambda d, g, o, h: np.float32(0) + cost(d, g, int(np.floor(o * len(d))), h, len(d))),
-    ("headings_that_work", lambda p, q, T, e, s: works(p, q, T, e, s, lambda T, a: T @ T2(0, 0, a), lambda off, a: abs(off) < D(2)).tolist()),
     ("line_matrix", lambda p, n, w: lines(p, n, 7 * w)),
     ("apparent_step", lambda s, p: (s + p / 2) % p - p / 2),
     ("best_start", lambda c, ok: float(np.flatnonzero(ok)[c[ok].argmin()]) if ok.any() else -1),

@@ -91,13 +91,15 @@ def test_a_mask_that_is_wrong_beyond_a_limit_says_where():
 
 
 def test_a_name_that_does_not_fit_the_stages_is_not_said():
-    """All true, as where errors are turned into radians once more; but no error is used."""
-    right = exercises()["headings_that_work"].right
+    """The cases alone look as if the views behind were forgotten; a stage shows no."""
 
-    def headings_that_work(source, target, T_true, errors, parameters):
-        return right(source, target, T_true, 0 * errors, parameters)
+    def shared_view(turn, field):
+        return (max(0.0, field - abs(turn)) + max(0.0, field - 2 * np.pi)) / field
 
-    assert "radians" not in check(headings_that_work).verdict.message
+    verdict = check(shared_view).verdict
+
+    assert not verdict.passed
+    assert verdict.misconception is None
 
 
 def test_an_argument_without_a_plain_form_has_none():
