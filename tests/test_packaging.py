@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
+from setuptools import find_packages
 
 from labkit.support.extras import DISTRIBUTION
 
@@ -47,6 +48,16 @@ def test_every_data_file_is_in_the_wheel():
     data = {path for path in files if path.suffix not in {".py", ".pyc", ".nbi", ".nbc", ".md"}}
     assert len(data) > 20
     assert data - packed == set()
+
+
+def test_the_wheel_has_all_packages_but_the_authors():
+    found = find_packages(str(ROOT), **PROJECT["tool"]["setuptools"]["packages"]["find"])
+    inits = (path.parent for path in (ROOT / "labkit").rglob("__init__.py"))
+    everything = {".".join(folder.relative_to(ROOT).parts) for folder in inits}
+
+    missing = everything - set(found)
+
+    assert missing == {"labkit.course.authoring", "labkit.course.authoring.questions"}
 
 
 @pytest.mark.parametrize("requirement", requirements(), ids=str)
