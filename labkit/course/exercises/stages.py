@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
@@ -78,22 +78,25 @@ def stages_of(question: Question, arguments: Sequence[Value]) -> list[Stage]:
         if said and not np.array_equal(plain, value) and not (is_matching and name in POINTS):
             plain_values[place], words[place] = plain, said
 
-    def call(kind: Plain, name: str, about: str, places: Collection[int]) -> Stage:
-        values = [plain_values[k] if k in places else v for k, v in enumerate(arguments)]
+    def call(kind: Plain, name: str, about: str, others: Mapping[int, Value]) -> Stage:
+        values = [others.get(place, value) for place, value in enumerate(arguments)]
         return Stage(kind, name, about, tuple(values))
 
-    stages = [call(Plain.ONE, names[k], words[k], {k}) for k in words]
+    stages = [call(Plain.ONE, names[k], words[k], {k: plain_values[k]}) for k in words]
     if len(words) > 1:
-        stages.append(call(Plain.ALL, "", _join(list(words.values())), words))
+        stages.append(call(Plain.ALL, "", _join(list(words.values())), plain_values))
     if len(words) > 2:
         for place in words:
             about = f"all plain but `{names[place]}`"
-            stages.append(call(Plain.ALL_BUT_ONE, names[place], about, words.keys() - {place}))
+            others = {k: value for k, value in plain_values.items() if k != place}
+            stages.append(call(Plain.ALL_BUT_ONE, names[place], about, others))
     for place, (name, value) in enumerate(zip(names, arguments, strict=False)):
-        is_other = is_float(value) and place not in words and not (is_matching and name in POINTS)
-        for word, factor in FACTORS.items() if is_other else ():
-            plain_values[place] = factor * value
-            stages.append(call(Plain.NONE, name, f"{word} `{name}`", {place}))
+        if isinstance(value, float) and name not in BY_NAME and value != 0.0:
+            stages.append(call(Plain.ONE, name, f"`{name}=0`", {place: 0.0}))
+        if is_float(value) and place not in words and not (is_matching and name in POINTS):
+            for word, factor in FACTORS.items():
+                about = f"{word} `{name}`"
+                stages.append(call(Plain.NONE, name, about, {place: factor * value}))
     return stages
 
 
@@ -101,6 +104,11 @@ def is_transform(value: Value) -> bool:
     """True for a (3, 3) transform of the plane."""
     is_matrix = isinstance(value, np.ndarray) and value.shape == (3, 3)
     return is_matrix and np.array_equal(value[2], (0.0, 0.0, 1.0))
+
+
+def is_identity(matrix: Value) -> bool:
+    """True for a square matrix that changes nothing."""
+    return np.ndim(matrix) == 2 and np.array_equal(matrix, np.eye(len(matrix)))
 
 
 def is_float(value: Value) -> bool:
@@ -176,11 +184,13 @@ class Stages:
         for stage in idle:
             yield f"Your answer stays the same with {stage.words}, the right one does not."
         if unused:
-            yield f"Is {_join(unused)} used where it has to act?"
+            is_one = len(unused) == 1
+            place = "Is {} used where it has to act?" if is_one else "Are {} used where they act?"
+            yield place.format(_join(unused))
         cures = [s for s in self._of(Plain.ONE) if self._is_right(s) and not self._is_trivial(s)]
         if cures:
             words = _join([stage.words for stage in cures], "or with")
-            names = _join([f"`{stage.name}`" for stage in cures])
+            names = _join(list(dict.fromkeys(f"`{stage.name}`" for stage in cures)))
             yield f"With {words} it is right: so look at the use of {names}."
         elif not unused:
             yield from self._plainest()
@@ -239,9 +249,9 @@ class Stages:
         )
 
     def _is_trivial(self, stage: Stage) -> bool:
-        """True if the right answers of a stage are zero: wrong functions have them as well."""
+        """True if the right answers are zero or identities: wrong functions have them as well."""
         answers = [read(self.question.answer, c.expected[0]) for c in self.cases[stage.words]]
-        return not any(answer.any() for answer in answers)
+        return not any(answer.any() for answer in answers) or all(map(is_identity, answers))
 
     def _ends_as_given(self, stage: Stage) -> bool:
         """True if the call has no answer, for the same reason as the one that was given."""
