@@ -86,10 +86,10 @@ def _hand_in(
     worth = rule(adjustments, "written")
     others = [field("written", "Written answers", worth, None)] if worth else []
     others += [field("bonus", "Bonus", 0.0, None), field("all", "The whole assignment", 0.0, None)]
-    members = [member for member in roster.members(verdict.student) if member != verdict.student]
+    people = [roster.names[id] for id in roster.members(verdict.student) if id in roster.names]
     return {
         "student": verdict.student,
-        "name": ", ".join(roster.names.get(m, m) for m in members) or verdict.submission,
+        "name": ", ".join(people) or verdict.submission,
         "verdict": verdict,
         "lines": lines,
         "written": record.written,

@@ -181,7 +181,12 @@ def _format(value: object) -> str:
     if isinstance(value, np.ndarray) and value.size > FEW:
         return f"an array {value.shape}"
     if isinstance(value, np.ndarray):
-        line = np.array2string(value, precision=4, separator=", ", max_line_width=999)
+        line = np.array2string(
+            value,
+            separator=", ",
+            max_line_width=999,
+            formatter={"float_kind": lambda number: f"{number:.5g}"},
+        )
         return line.replace("\n", "").replace("  ", " ")
     if isinstance(value, tuple | list):
         numeric = all(isinstance(entry, float | int) for entry in value)
