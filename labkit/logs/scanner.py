@@ -151,8 +151,12 @@ class Scanner:
             range_min=low,
             range_max=high,
         )
+        stored = np.asarray(scan.ranges)
+        if getattr(ranges, "dtype", None) == np.float32:  # of a bag: half the memory
+            single = stored.astype(np.float32)
+            stored = read_only(single) if np.array_equal(single, stored, equal_nan=True) else stored
         return StoredScan(
-            ranges=np.asarray(scan.ranges),
+            ranges=stored,
             angles=np.asarray(scan.angles),
             stamp=scan.stamp,
             time_increment=scan.time_increment,

@@ -139,6 +139,7 @@ def _enlarge_path(ax: Axes, rows: FloatArray) -> None:
     inset.plot(x[-1], y[-1], "s", ms=4.0, mec="white", color=BLACK)
     inset.set_aspect("equal", adjustable="datalim")
     inset.tick_params(labelsize=7)
+    inset.locator_params(nbins=4)
     inset.set_title("the path, enlarged [m]", fontsize=8)
 
 

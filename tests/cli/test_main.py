@@ -123,7 +123,8 @@ def test_ctrl_c_ends_in_one_line_and_leaves_no_file_half_written(tmp_path, carme
     assert (done.returncode, done.stderr) == (130, LINE)
     whole = ["room-odometry.tum", "room-quality.csv"] if module == "matplotlib.figure" else []
     assert sorted(os.listdir(tmp_path)) == whole
-    assert all(len((tmp_path / name).read_text().splitlines()) == 9 for name in whole)
+    lines = [len((tmp_path / name).read_text().splitlines()) for name in whole]
+    assert lines == [10, 9][: len(whole)]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for a child alone")
