@@ -21,7 +21,7 @@ const make = (tag, attributes = {}, ...children) => {
     onScreen = null;
   });
 
-  const TABLE = ".pst-scrollable-table-container";
+  const TABLE_SELECTOR = ".pst-scrollable-table-container";
   const MAX_NARROW_PX = 600; // width of a telephone's window
   const MAX_OPEN_ROWS = 8; // of a table of six columns or more; a longer one is folded
   const MAX_SHORT_LETTERS = 16; // of cells that stand several in a line
@@ -53,10 +53,9 @@ const make = (tag, attributes = {}, ...children) => {
 
   // Both are done as soon as a table has been read, before it is seen: nothing below it jumps.
   const isFollowed = (node) =>
-    node.nextElementSibling !== null ||
-    (node !== document.body && isFollowed(node.parentElement));
+    node.nextElementSibling !== null || (node !== document.body && isFollowed(node.parentElement));
   const settleTables = () => {
-    for (const node of document.querySelectorAll(TABLE)) {
+    for (const node of document.querySelectorAll(TABLE_SELECTOR)) {
       const isRead = document.readyState !== "loading" || isFollowed(node);
       if (node.matches(".settled") || !isRead) continue;
       node.classList.add("settled");
@@ -70,27 +69,29 @@ const make = (tag, attributes = {}, ...children) => {
   document.addEventListener("DOMContentLoaded", () => {
     reading.disconnect();
     if (isNarrow()) settleTables();
-    const each = (selector, change) => document.querySelectorAll(selector).forEach(change);
-    each(TABLE, (node) => node.classList.add("settled"));
+    const changeAll = (selector, change) => document.querySelectorAll(selector).forEach(change);
+    changeAll(TABLE_SELECTOR, (node) => node.classList.add("settled"));
 
     // Names that say something else than what is to be read, and names that are missing.
-    each(".search-button-field, details.hide > summary", (node) =>
+    changeAll(".search-button-field, details.hide > summary", (node) =>
       node.removeAttribute("aria-label"),
     );
-    each(".bd-links summary", (node) => node.setAttribute("aria-label", "Pages below this one"));
-    each(".bd-sidebar-primary", (node) => {
+    changeAll(".bd-links summary", (node) =>
+      node.setAttribute("aria-label", "Pages below this one"),
+    );
+    changeAll(".bd-sidebar-primary", (node) => {
       node.setAttribute("role", "navigation");
       node.setAttribute("aria-label", "The book");
     });
-    each(".citation-list, [role=doc-biblioentry]", (node) => node.removeAttribute("role"));
-    each('[id="exercise-content"]', (node) => node.removeAttribute("id"));
+    changeAll(".citation-list, [role=doc-biblioentry]", (node) => node.removeAttribute("role"));
+    changeAll('[id="exercise-content"]', (node) => node.removeAttribute("id"));
     // Two on the page of the search
     const fields = document.querySelectorAll('[id="search-input"]');
     [...fields].slice(1).forEach((node) => node.removeAttribute("id"));
-    each("th", (node) => node.textContent.trim() || node.replaceWith(make("td")));
+    changeAll("th", (node) => node.textContent.trim() || node.replaceWith(make("td")));
 
     // Anchors for exercises and equations; figures and headings have theirs.
-    each(".exercise.admonition[id] > .admonition-title, div.math[id] > .eqno", (node) => {
+    changeAll(".exercise.admonition[id] > .admonition-title, div.math[id] > .eqno", (node) => {
       if (node.querySelector(".headerlink")) return;
       const link = make("a", {
         className: "headerlink",
@@ -108,7 +109,7 @@ const make = (tag, attributes = {}, ...children) => {
     const hide = () => (note.hidden = true);
     note.setAttribute("role", "tooltip");
     document.body.append(note);
-    each("a[title]:has(.std-term)", (link) => {
+    changeAll("a[title]:has(.std-term)", (link) => {
       const meaning = link.title;
       let isFirstTap = false;
       const tell = () => {
@@ -135,7 +136,7 @@ const make = (tag, attributes = {}, ...children) => {
     document.addEventListener("keydown", ({ key }) => key === "Escape" && hide());
 
     // Ways past all links to what moves under the hand, in the theme's bar of such ways.
-    each('.cell_output:has(script[type*="widget-view"], .widget-subarea)', (node, k) => {
+    changeAll('.cell_output:has(script[type*="widget-view"], .widget-subarea)', (node, k) => {
       Object.assign(node, { id: node.id || `widget-${k + 1}`, tabIndex: -1 });
       document
         .getElementById("pst-skip-link")
@@ -154,7 +155,7 @@ const make = (tag, attributes = {}, ...children) => {
       target?.scrollIntoView();
     };
     if (isNarrow()) {
-      each(".bd-article > section dl.py:not(dl.py dl.py) > dd", (node) => {
+      changeAll(".bd-article > section dl.py:not(dl.py dl.py) > dd", (node) => {
         const rest = [...node.children].slice(1);
         const name = node.previousElementSibling.querySelector(".descname").textContent;
         const fold = make("details", {}, make("summary", {}, `More on ${name}`), ...rest);
@@ -168,14 +169,14 @@ const make = (tag, attributes = {}, ...children) => {
     // page is laid out once, not once for each. To measure what is folded would unfold it.
     const reach = () => {
       const all = document.querySelectorAll(
-        `${TABLE}, div.math, .bd-article pre, .bd-article figure`,
+        `${TABLE_SELECTOR}, div.math, .bd-article pre, .bd-article figure`,
       );
       const nodes = [...all].filter((node) => !node.closest("details:not([open])"));
       // Its margin would make it scroll on
       nodes.forEach((node) => node.removeAttribute("tabindex"));
       nodes.forEach((node) => node.classList.remove("stacked"));
-      const wide = nodes.filter((node) => node.scrollWidth > node.clientWidth);
-      wide.forEach((node) =>
+      const overflowing = nodes.filter((node) => node.scrollWidth > node.clientWidth);
+      overflowing.forEach((node) =>
         isNarrow() && node.querySelector("thead") ? stack(node) : (node.tabIndex = 0),
       );
       due = null;

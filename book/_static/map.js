@@ -4,10 +4,10 @@
 // picture.
 (() => {
   const vendor = new URL("vendor/killian/map.js", document.currentScript.src).href;
-  const MARGIN = 12;
-  const PLAY = 7000;
-  const ENDS = ["wheels", "scan matching", "places recognised"]; // m, ms
-  const BAR = 50; // m
+  const MARGIN_PX = 12;
+  const PLAY_MS = 7000;
+  const STATE_WORDS = ["wheels", "scan matching", "places recognised"]; // m, ms
+  const SCALE_BAR_M = 50; // m
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 
   // Poses as steps, each seen from the pose before: between two sets of poses the path unfolds.
@@ -58,20 +58,20 @@
       context.stroke();
       context.fill();
       if (!text) continue;
-      const wide = context.measureText(text).width;
-      const isAtEdge = left + wide + 20 * dense > width;
+      const labelWidth = context.measureText(text).width;
+      const isAtEdge = left + labelWidth + 20 * dense > width;
       write(
         text,
-        isAtEdge ? left - wide - 9 * dense : left + 9 * dense,
+        isAtEdge ? left - labelWidth - 9 * dense : left + 9 * dense,
         top + (text === "end" ? 17 : -7) * dense,
       );
     }
     context.fillRect(16 * dense, height - 12 * dense, bar, 2 * dense);
-    write(`${BAR} m`, 16 * dense, height - 18 * dense);
+    write(`${SCALE_BAR_M} m`, 16 * dense, height - 18 * dense);
   };
 
   // The two sweeps of a step, for the toy above: ranges in cm.
-  const START = [1.0, -0.6, 0.3]; // m, rad: where the newer sweep lies first
+  const FIRST_GUESS_M_RAD = [1.0, -0.6, 0.3]; // m, rad: where the newer sweep lies first
   const pack = (numbers) =>
     btoa(String.fromCharCode(...new Uint8Array(Float64Array.from(numbers).buffer)));
   const sceneOf = ({ scans, lied, ranges, motions }, i) => {
@@ -90,7 +90,7 @@
       source: pack(source),
       target: pack(target),
       normals: pack(target.map(() => NaN)),
-      guess: lied[k] ? [0, 0, 0] : START,
+      guess: lied[k] ? [0, 0, 0] : FIRST_GUESS_M_RAD,
       answer: motions[i],
       hint,
     };
@@ -107,7 +107,7 @@
     figure,
     { beams, reach, ranges, states, every, total, turn: along, steps: tries },
   ) => {
-    const seen = bytes(ranges);
+    const rangeBytes = bytes(ranges);
     const steps = states.map(({ poses }) => stepsOf(new Float32Array(bytes(poses).buffer)));
     const count = steps[0].length / 3;
     const path = new Float64Array(3 * count);
@@ -117,10 +117,10 @@
     ]);
     const canvas = make("canvas", { role: "img" });
     const name = make("b", {});
-    const off = make("span", {});
+    const errorNode = make("span", {});
     const isFirst = figure.matches(".killian-map");
-    const last = isFirst ? 2 : 1;
-    const slider = make("input", { type: "range", min: 0, max: last, step: 0.01 });
+    const lastState = isFirst ? 2 : 1;
+    const slider = make("input", { type: "range", min: 0, max: lastState, step: 0.01 });
     slider.setAttribute("aria-label", "Poses from");
     const play = make("button", { type: "button", textContent: "▶", title: "Play" });
     play.setAttribute("aria-label", "Play");
@@ -128,13 +128,13 @@
       "div",
       { className: "map-bar" },
       play,
-      make("span", {}, ENDS[0]),
+      make("span", {}, STATE_WORDS[0]),
       slider,
-      make("span", {}, ENDS[last]),
+      make("span", {}, STATE_WORDS[lastState]),
     );
     // Above the figure of a chapter, which compares with the reference, room is kept for it.
     const live = document.querySelector(".map-live") ?? make("div", { className: "map-live" });
-    live.append(make("p", {}, name, off), canvas, bar);
+    live.append(make("p", {}, name, errorNode), canvas, bar);
     if (isFirst) figure.prepend(live);
     const give = (i) => intoToy(sceneOf(tries, i));
     const spots = [];
@@ -155,8 +155,8 @@
         ),
       );
       canvas.addEventListener("click", ({ offsetX, offsetY }) => {
-        const far = spots.map(([u, v]) => Math.hypot(u - offsetX, v - offsetY));
-        give(far.indexOf(Math.min(...far)));
+        const distances = spots.map(([u, v]) => Math.hypot(u - offsetX, v - offsetY));
+        give(distances.indexOf(Math.min(...distances)));
       });
       document.addEventListener("icp-found", ({ target }) => {
         if (target.querySelector(".map-next")) return;
@@ -202,15 +202,15 @@
     const draw = () => {
       const at = slider.valueAsNumber;
       const { low, high } = walk(at);
-      const state = states[Math.round(at)];
+      const poseSet = states[Math.round(at)];
       const width = canvas.clientWidth;
       const dense = Math.min(2, devicePixelRatio || 1);
       if (!width) return;
       const W = (canvas.width = Math.round(width * dense));
       const H = (canvas.height = Math.round(canvas.clientHeight * dense));
       const scale = Math.min(
-        W / (high[1] - low[1] + 2 * MARGIN),
-        H / (high[0] - low[0] + 2 * MARGIN),
+        W / (high[1] - low[1] + 2 * MARGIN_PX),
+        H / (high[0] - low[0] + 2 * MARGIN_PX),
       );
       const cx = (low[0] + high[0]) / 2;
       const cy = (low[1] + high[1]) / 2;
@@ -224,7 +224,7 @@
         const c = Math.cos(turn);
         const s = Math.sin(turn);
         for (let j = 0; j < beams; j++) {
-          const r = (seen[beams * k + j] * reach) / 255;
+          const r = (rangeBytes[beams * k + j] * reach) / 255;
           if (!r) continue;
           const [p, q] = rays[j];
           const left = u(y + r * (s * p + c * q)) | 0;
@@ -266,15 +266,15 @@
         context,
         dense,
         [0, 3 * count - 3].map((k) => [u(path[k + 1]), v(path[k])]),
-        BAR * scale,
+        SCALE_BAR_M * scale,
       );
-      name.textContent = state.name;
-      const metres = state.off < 10 ? state.off.toFixed(1) : Math.round(state.off);
-      off.textContent = `${metres} m off, in the median`;
-      slider.setAttribute("aria-valuetext", `${state.name}: ${off.textContent}`);
+      name.textContent = poseSet.name;
+      const metres = poseSet.off < 10 ? poseSet.off.toFixed(1) : Math.round(poseSet.off);
+      errorNode.textContent = `${metres} m off, in the median`;
+      slider.setAttribute("aria-valuetext", `${poseSet.name}: ${errorNode.textContent}`);
       canvas.setAttribute(
         "aria-label",
-        `Map of the corridors and the path through them. ${state.name}: ${off.textContent}.`,
+        `Map of the corridors and the path. ${poseSet.name}: ${errorNode.textContent}.`,
       );
     };
 
@@ -286,14 +286,14 @@
     };
     const start = () => {
       stop();
-      let before = performance.now();
-      let at = still ? last : slider.valueAsNumber % last;
+      let lastFrameTime = performance.now();
+      let at = still ? lastState : slider.valueAsNumber % lastState;
       const go = (now) => {
-        at = Math.min(last, at + (2 * (now - before)) / PLAY);
-        before = now;
+        at = Math.min(lastState, at + (2 * (now - lastFrameTime)) / PLAY_MS);
+        lastFrameTime = now;
         slider.value = at;
         draw();
-        playing = at < last ? requestAnimationFrame(go) : null;
+        playing = at < lastState ? requestAnimationFrame(go) : null;
       };
       playing = requestAnimationFrame(go);
     };
@@ -303,7 +303,7 @@
     });
     play.addEventListener("click", () => (playing ? stop() : start()));
     new ResizeObserver(draw).observe(canvas);
-    slider.value = still ? last : 0;
+    slider.value = still ? lastState : 0;
     draw();
     if (still) return;
     const once = new IntersectionObserver(

@@ -2,8 +2,8 @@
 // keeps its place: a widget stands still, all else is blurred. book/_ext/predictions.py says how
 // one is written and gives the box its classes.
 (() => {
-  const STORE = "labkit-predictions";
-  const SHOW = "labkit-answers";
+  const ANSWERS_KEY = "labkit-predictions";
+  const SHOW_KEY = "labkit-answers";
 
   // Where storage is forbidden or damaged the page works; it only forgets.
   const attempt = (act) => {
@@ -13,29 +13,33 @@
       return null;
     }
   };
-  const recall = (where, key) => attempt(() => JSON.parse(window[where].getItem(key)));
-  const keep = (where, key, value) =>
-    attempt(() => window[where].setItem(key, JSON.stringify(value)));
-  const stored = () => recall("localStorage", STORE) ?? {};
+  const recall = (storage, key) => attempt(() => JSON.parse(window[storage].getItem(key)));
+  const keep = (storage, key, value) =>
+    attempt(() => window[storage].setItem(key, JSON.stringify(value)));
+  const stored = () => recall("localStorage", ANSWERS_KEY) ?? {};
   const store = (key, answer) => {
-    const { [key]: _, ...others } = stored();
-    keep("localStorage", STORE, answer === null ? others : { ...others, [key]: answer });
+    const { [key]: _, ...otherAnswers } = stored();
+    keep(
+      "localStorage",
+      ANSWERS_KEY,
+      answer === null ? otherAnswers : { ...otherAnswers, [key]: answer },
+    );
   };
 
   // Whether answers are shown: as the address says, for as long as the tab lives, or as the reader
   // chose.
   let all =
     new URLSearchParams(location.search).has("answers") ||
-    (recall("sessionStorage", SHOW) ?? recall("localStorage", SHOW)) === true;
-  if (all) keep("sessionStorage", SHOW, true);
+    (recall("sessionStorage", SHOW_KEY) ?? recall("localStorage", SHOW_KEY)) === true;
+  if (all) keep("sessionStorage", SHOW_KEY, true);
 
   // The question in words tells one prediction from another, also when boxes are moved.
   const keyOf = (box) => {
-    const words = [...box.children]
-      .filter((each) => each.matches("p, ol"))
-      .map((each) => each.textContent);
+    const passages = [...box.children]
+      .filter((node) => node.matches("p, ol"))
+      .map((node) => node.textContent);
     let hash = 0;
-    for (const letter of words.join(" ")) hash = (31 * hash + letter.codePointAt(0)) | 0;
+    for (const letter of passages.join(" ")) hash = (31 * hash + letter.codePointAt(0)) | 0;
     return `${location.pathname.split("/").pop()}#${hash}`;
   };
 
@@ -61,14 +65,14 @@
 
   // Each kind of question: its controls, and the verdict on an answer.
   const choice = (box, list) => {
-    const right = Number(box.className.match(/predict-answer-(\d+)/)[1]);
-    const name = `predict-${++made}`;
+    const rightChoice = Number(box.className.match(/predict-answer-(\d+)/)[1]);
+    const name = `predict-${++choiceCount}`;
     const inputs = [...list.children].map((item, i) => {
       const input = make("input", { type: "radio", name, value: String(i + 1) });
-      const words = make("span");
+      const choiceText = make("span");
       for (const child of [...item.childNodes])
-        words.append(...(child.nodeName === "P" ? child.childNodes : [child]));
-      item.replaceChildren(make("label", {}, input, words));
+        choiceText.append(...(child.nodeName === "P" ? child.childNodes : [child]));
+      item.replaceChildren(make("label", {}, input, choiceText));
       return input;
     });
     list.setAttribute("role", "radiogroup");
@@ -77,15 +81,17 @@
     return {
       nodes: [],
       inputs,
-      read: () => inputs.find((each) => each.checked)?.value ?? "",
-      write: (answer) => inputs.forEach((each) => (each.checked = each.value === answer)),
+      read: () => inputs.find((input) => input.checked)?.value ?? "",
+      write: (answer) => inputs.forEach((input) => (input.checked = input.value === answer)),
       verdict: (answer) => {
-        inputs.forEach((each, i) =>
-          each.closest("li").classList.toggle("predict-right", answer !== "" && i + 1 === right),
+        inputs.forEach((input, i) =>
+          input
+            .closest("li")
+            .classList.toggle("predict-right", answer !== "" && i + 1 === rightChoice),
         );
-        return Number(answer) === right
+        return Number(answer) === rightChoice
           ? `You said ${answer}, and so it is.`
-          : `You said ${answer}; it is ${right}.`;
+          : `You said ${answer}; it is ${rightChoice}.`;
       },
     };
   };
@@ -99,21 +105,21 @@
       size: 8,
     });
     const read = () => {
-      const text = input.value.trim();
-      return Number.isFinite(Number(text.replace(",", ".").replace("−", "-"))) ? text : "";
+      const entry = input.value.trim();
+      return Number.isFinite(Number(entry.replace(",", ".").replace("−", "-"))) ? entry : "";
     };
     return {
       nodes: [make("label", {}, "Your number ", input, ` ${unit}`)],
       inputs: [input],
       read,
-      write: (text) => (input.value = text),
-      verdict: (text) => `You said ${`${text} ${unit}`.trim()}; it is ${answer}.`,
+      write: (entry) => (input.value = entry),
+      verdict: (entry) => `You said ${`${entry} ${unit}`.trim()}; it is ${answer}.`,
     };
   };
 
   // A place in the picture above the box: clicked there, or typed as two numbers.
   const placed = (box) => {
-    const right = box.className
+    const rightPlace = box.className
       .match(/predict-at-(\d+)-(\d+)/)
       .slice(1)
       .map(Number);
@@ -121,20 +127,22 @@
     const inputs = [0, 1].map(() =>
       make("input", { type: "number", min: 0, max: 100, step: 1, required: true }),
     );
-    const labels = ["from the left", "from the bottom"].map((words, i) =>
-      make("label", {}, inputs[i], ` % ${words}`),
+    const labels = ["from the left", "from the bottom"].map((edge, i) =>
+      make("label", {}, inputs[i], ` % ${edge}`),
     );
     const [flag, ring] = ["flag", "ring"].map((name) =>
       make("span", { className: `predict-${name}`, hidden: true }),
     );
     const place = () =>
-      inputs.map((each) => (each.value !== "" && each.validity.valid ? Number(each.value) : NaN));
+      inputs.map((input) =>
+        input.value !== "" && input.validity.valid ? Number(input.value) : NaN,
+      );
     const put = (mark, [x, y]) => Object.assign(mark.style, { left: `${x}%`, bottom: `${y}%` });
     const draw = () => {
       flag.hidden = place().some(Number.isNaN);
       if (!flag.hidden) put(flag, place());
     };
-    put(ring, right);
+    put(ring, rightPlace);
     if (picture) {
       const frame = make("span", { className: "predict-picture" });
       picture.replaceWith(frame);
@@ -147,21 +155,21 @@
         inputs[1].dispatchEvent(new Event("input", { bubbles: true }));
       });
     }
-    inputs.forEach((each) => each.addEventListener("input", draw));
+    inputs.forEach((input) => input.addEventListener("input", draw));
     return {
       nodes: [make("span", { textContent: "Click in the picture above, or type:" }), ...labels],
       inputs,
       read: () => (place().some(Number.isNaN) ? "" : place().join(", ")),
-      write: (text) => {
-        text.split(", ").forEach((each, i) => (inputs[i].value = each));
-        if (text === "") inputs[1].value = "";
+      write: (place) => {
+        place.split(", ").forEach((percent, i) => (inputs[i].value = percent));
+        if (place === "") inputs[1].value = "";
         draw();
       },
-      verdict: (text) => {
-        ring.hidden = text === "";
+      verdict: (place) => {
+        ring.hidden = place === "";
         const { width, height } = picture?.getBoundingClientRect() ?? { width: 1, height: 1 };
         const [dx, dy] = place().map(
-          (each, i) => (each - right[i]) * [1, height / (width || 1)][i],
+          (percent, i) => (percent - rightPlace[i]) * [1, height / (width || 1)][i],
         );
         const share = Math.round(Math.hypot(dx, dy));
         return `Your place is ${share} % of the picture's width from the ring.`;
@@ -169,7 +177,7 @@
     };
   };
 
-  let made = 0;
+  let choiceCount = 0;
   const boxes = [];
   const enliven = (box) => {
     const list = box.querySelector(":scope > ol.predict-choices");
@@ -186,15 +194,15 @@
 
     const commit = make("button", { type: "submit", textContent: "Commit", disabled: true });
     const again = make("button", { type: "button", textContent: "Ask me again" });
-    const said = make("output", { className: "predict-verdict" });
-    said.setAttribute("role", "status");
-    const form = make("form", { className: "predict-form" }, ...nodes, commit, again, said);
+    const verdictNode = make("output", { className: "predict-verdict" });
+    verdictNode.setAttribute("role", "status");
+    const form = make("form", { className: "predict-form" }, ...nodes, commit, again, verdictNode);
     if (list) form.prepend(list); // so that Enter commits a choice
     details.before(form);
-    held.forEach((each) =>
-      each.classList.toggle(
+    held.forEach((node) =>
+      node.classList.toggle(
         "predict-still",
-        each.querySelector("script[type*=widget-view], .widget-subarea") !== null,
+        node.querySelector("script[type*=widget-view], .widget-subarea") !== null,
       ),
     );
     const waiting = make("p", {
@@ -208,15 +216,15 @@
     const show = () => {
       const open = all || opened || committed !== null;
       for (const input of inputs) input.disabled = committed !== null;
-      const words = verdict(committed ?? "");
-      said.textContent = committed === null ? "" : words;
+      const verdictText = verdict(committed ?? "");
+      verdictNode.textContent = committed === null ? "" : verdictText;
       commit.hidden = committed !== null;
       again.hidden = committed === null;
       commit.disabled = read() === "";
       if (details.open !== open) details.open = open;
-      for (const each of held) {
-        each.classList.toggle("predict-held", !open);
-        each.inert = !open;
+      for (const node of held) {
+        node.classList.toggle("predict-held", !open);
+        node.inert = !open;
       }
       waiting.hidden = open;
     };
@@ -254,15 +262,15 @@
   // The switch at the chapter's head, and how many of its questions are answered.
   let count = () => {};
   const enlivenSwitch = (node) => {
-    const told = make("span");
+    const tally = make("span");
     const buttons = ["held back", "shown"].map((textContent) =>
       make("button", { type: "button", textContent }),
     );
-    node.replaceChildren(told, make("span", { textContent: "Answers:" }), ...buttons);
+    node.replaceChildren(tally, make("span", { textContent: "Answers:" }), ...buttons);
     count = () => {
-      const answered = boxes.filter((each) => each.isAnswered()).length;
+      const answered = boxes.filter((box) => box.isAnswered()).length;
       const name = boxes.length === 1 ? "prediction" : "predictions";
-      told.textContent = `${boxes.length} ${name}, ${answered} answered.`;
+      tally.textContent = `${boxes.length} ${name}, ${answered} answered.`;
       buttons.forEach((button, i) =>
         button.setAttribute("aria-pressed", String(all === (i === 1))),
       );
@@ -270,8 +278,8 @@
     buttons.forEach((button, i) =>
       button.addEventListener("click", () => {
         all = i === 1;
-        for (const where of ["localStorage", "sessionStorage"]) keep(where, SHOW, all);
-        for (const each of boxes) each.open(false);
+        for (const storage of ["localStorage", "sessionStorage"]) keep(storage, SHOW_KEY, all);
+        for (const box of boxes) box.open(false);
       }),
     );
     count();
@@ -280,13 +288,13 @@
   // A link into what is held back opens it; so does a link to a state of the explorer.
   const reveal = () => {
     const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
-    const wanted = (held) =>
+    const isAskedFor = (held) =>
       held.matches(".predict-held") &&
       (held.contains(target) ||
         (location.hash.startsWith("#icp?") && held.matches(".predict-still")));
-    const found = boxes.filter(({ held }) => held.some(wanted));
-    for (const each of found) each.open(true);
-    if (!found.length || !target) return;
+    const askedFor = boxes.filter(({ held }) => held.some(isAskedFor));
+    for (const box of askedFor) box.open(true);
+    if (!askedFor.length || !target) return;
     target.scrollIntoView();
     target.focus({ preventScroll: true });
   };

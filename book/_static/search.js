@@ -2,13 +2,13 @@
 // whose title or words fit best. It takes the place of the theme's, which knows whole pages and
 // counts code. Below the field of Ctrl+K the first results show while one types.
 (() => {
-  const MOST = 20; // results
-  const BELOW = 6; // of them below a field
-  const AROUND = 90; // letters that are shown before a word that fits
-  const FIELDS = { title: 3, page: 2, text: 1, greek: 1 };
-  const KINDS = { message: 1.5, term: 1.3, section: 1, exercise: 0.5 };
-  const ASIDE = /^(book\/(api|decisions)|notebooks\/assignment)/;
-  const LESS = 0.4; // weight of pages aside, which few read for an answer
+  const MAX_RESULTS = 20; // results
+  const MAX_RESULTS_BELOW = 6; // of them below a field
+  const CONTEXT_LETTERS = 90; // letters that are shown before a word that fits
+  const FIELD_BOOSTS = { title: 3, page: 2, text: 1, greek: 1 };
+  const KIND_BOOSTS = { message: 1.5, term: 1.3, section: 1, exercise: 0.5 };
+  const ASIDE_PAGES = /^(book\/(api|decisions)|notebooks\/assignment)/;
+  const ASIDE_BOOST = 0.4; // weight of pages aside, which few read for an answer
   const [PAGE, KIND, CHAPTER] = [0, 3, 6]; // columns of an entry
   const folder = document.documentElement.dataset.content_root;
 
@@ -24,9 +24,9 @@
     return lunr(function () {
       this.pipeline.remove(lunr.trimmer); // it would cut Greek letters off
       this.ref("number");
-      for (const [field, boost] of Object.entries(FIELDS)) this.field(field, { boost });
+      for (const [field, boost] of Object.entries(FIELD_BOOSTS)) this.field(field, { boost });
       entries.forEach(([page, pageTitle, , kind, title, text, , greek], number) => {
-        const boost = KINDS[kind] * (ASIDE.test(page) ? LESS : 1);
+        const boost = KIND_BOOSTS[kind] * (ASIDE_PAGES.test(page) ? ASIDE_BOOST : 1);
         this.add({ number, title, page: pageTitle, text, greek }, { boost });
       });
     });
@@ -53,18 +53,18 @@
   const find = async (query) => {
     loading ??= prepare();
     const { entries, index } = await loading;
-    const words = lunr.tokenizer(query).filter(lunr.stopWordFilter);
-    const found = new Map();
-    for (const word of words) {
+    const queryWords = lunr.tokenizer(query).filter(lunr.stopWordFilter);
+    const matches = new Map();
+    for (const word of queryWords) {
       for (const { ref, score, matchData } of fits(index, word)) {
-        const { sum, met, terms } = found.get(ref) ?? { sum: 0, met: 0, terms: [] };
+        const { sum, met, terms } = matches.get(ref) ?? { sum: 0, met: 0, terms: [] };
         terms.push(...Object.keys(matchData.metadata));
-        found.set(ref, { entry: entries[ref], sum: sum + score, met: met + 1, terms });
+        matches.set(ref, { entry: entries[ref], sum: sum + score, met: met + 1, terms });
       }
     }
-    const points = ({ sum, met }) => (sum * met) / words.length;
-    const results = [...found.values()].sort((a, b) => points(b) - points(a));
-    return withOneTermAhead(results).slice(0, MOST);
+    const points = ({ sum, met }) => (sum * met) / queryWords.length;
+    const results = [...matches.values()].sort((a, b) => points(b) - points(a));
+    return withOneTermAhead(results).slice(0, MAX_RESULTS);
   };
 
   // The glossary says what a word means, and a chapter explains it: behind the best of its entries
@@ -85,23 +85,23 @@
 
   const shown = ({ entry: [page, pageTitle, anchor, , title, text], terms }) => {
     const at = text.search(new RegExp(terms.map(escaped).join("|"), "i"));
-    const from = Math.max(0, text.lastIndexOf(" ", Math.max(0, at - AROUND)));
+    const from = Math.max(0, text.lastIndexOf(" ", Math.max(0, at - CONTEXT_LETTERS)));
     const href = `${folder}${page}.html${anchor ? `#${anchor}` : ""}`;
     const name = title === pageTitle ? title : `${title} – ${pageTitle}`;
-    const where = `${from ? "…" : ""}${text.slice(from, from + 2.5 * AROUND)}…`;
-    return make("li", {}, make("a", { href }, name), make("p", { className: "context" }, where));
+    const excerpt = `${from ? "…" : ""}${text.slice(from, from + 2.5 * CONTEXT_LETTERS)}…`;
+    return make("li", {}, make("a", { href }, name), make("p", { className: "context" }, excerpt));
   };
 
-  const search = async (query, out, most = MOST) => {
+  const search = async (query, out, most = MAX_RESULTS) => {
     if (!query.trim()) {
       out.replaceChildren();
       return;
     }
     const list = (await find(query)).slice(0, most).map(shown);
-    const told = list.length
+    const heading = list.length
       ? `Found for “${query}”`
       : `Nothing found for “${query}”. Try another word, or the glossary.`;
-    out.replaceChildren(make("h2", {}, told), make("ul", { className: "search" }, ...list));
+    out.replaceChildren(make("h2", {}, heading), make("ul", { className: "search" }, ...list));
   };
 
   document.addEventListener("DOMContentLoaded", () => {
@@ -120,7 +120,8 @@
         const { value } = field;
         loading ??= prepare();
         await loading;
-        if (value === field.value) search(value, out, out === results ? MOST : BELOW);
+        if (value === field.value)
+          search(value, out, out === results ? MAX_RESULTS : MAX_RESULTS_BELOW);
       });
     }
     const query = new URLSearchParams(location.search).get("q");

@@ -2,19 +2,19 @@
 // any other kind the page shows nothing.
 (() => {
   // A widget's state as its module knows it.
-  const modelOf = (state) => {
+  const modelOf = (values) => {
     const listeners = {};
-    const each = (names, act) =>
+    const forNames = (names, act) =>
       names.split(" ").forEach((name) => act((listeners[name] ??= new Set())));
     return {
-      get: (name) => state[name],
+      get: (name) => values[name],
       set: (name, value) => {
-        const same = JSON.stringify(state[name]) === JSON.stringify(value);
-        state[name] = value;
+        const same = JSON.stringify(values[name]) === JSON.stringify(value);
+        values[name] = value;
         if (!same) for (const listener of listeners[`change:${name}`] ?? []) listener();
       },
-      on: (names, listener) => each(names, (all) => all.add(listener)),
-      off: (names, listener) => each(names, (all) => all.delete(listener)),
+      on: (names, listener) => forNames(names, (all) => all.add(listener)),
+      off: (names, listener) => forNames(names, (all) => all.delete(listener)),
       save_changes: () => {}, // there is no kernel
     };
   };
@@ -29,9 +29,9 @@
     }
     return modules.get(_esm);
   };
-  const draw = async (area, id, state) => {
-    if (!models.has(id)) models.set(id, modelOf(state));
-    const { default: widget } = await moduleOf(state);
+  const draw = async (area, id, values) => {
+    if (!models.has(id)) models.set(id, modelOf(values));
+    const { default: widget } = await moduleOf(values);
     await widget.render({ model: models.get(id), el: area });
   };
 
@@ -41,32 +41,32 @@
     // Lighter pages hold each text of a module once, and its name in the states.
     const states = {};
     const texts = {};
-    for (const each of kind("state")) {
-      const told = JSON.parse(each.textContent);
-      Object.assign(states, told.state);
-      Object.assign(texts, told.texts);
+    for (const script of kind("state")) {
+      const embedded = JSON.parse(script.textContent);
+      Object.assign(states, embedded.state);
+      Object.assign(texts, embedded.texts);
     }
     const waiting = new Map();
     for (const view of kind("view")) {
       const id = JSON.parse(view.textContent).model_id;
-      const state = states[id]?.state;
-      if (!state?._esm) continue;
-      for (const name of ["_esm", "_css"]) state[name] = texts[state[name]] ?? state[name];
+      const values = states[id]?.state;
+      if (!values?._esm) continue;
+      for (const name of ["_esm", "_css"]) values[name] = texts[values[name]] ?? values[name];
       const area = Object.assign(document.createElement("div"), { className: "widget-subarea" });
       view.replaceWith(area);
-      waiting.set(area, () => draw(area, id, state));
+      waiting.set(area, () => draw(area, id, values));
     }
     const begin = (node) => {
       const drawing = waiting.get(node)?.();
       waiting.delete(node);
-      near.unobserve(node);
+      observer.unobserve(node);
       return drawing;
     };
-    const near = new IntersectionObserver(
-      (entries) => entries.forEach((each) => each.isIntersecting && begin(each.target)),
+    const observer = new IntersectionObserver(
+      (entries) => entries.forEach((entry) => entry.isIntersecting && begin(entry.target)),
       { rootMargin: "1500px" },
     );
-    for (const node of waiting.keys()) near.observe(node);
+    for (const node of waiting.keys()) observer.observe(node);
     window.drawWidgets = () => Promise.all([...waiting.keys()].map(begin));
     // A link to a state of the explorer
     if (location.hash.startsWith("#icp?")) window.drawWidgets();

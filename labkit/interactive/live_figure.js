@@ -2,21 +2,21 @@
 
 import { freshContext, palette } from "./explorer/canvas.js";
 import { button, element, fixed, nearestIndex, part, slider } from "./explorer/controls.js";
-import { TRAIL, drawCost } from "./explorer/cost.js";
-import { Frame, NEAR } from "./explorer/frame.js";
-import { PATIENCE, writeRows } from "./explorer/readouts.js";
+import { MAX_TRAIL_COUNT, drawCost } from "./explorer/cost.js";
+import { Frame, TOUCH_REACH_PX } from "./explorer/frame.js";
+import { SPEAK_DELAY_MS, writeRows } from "./explorer/readouts.js";
 import { floats } from "./explorer/scene.js";
 import { View, widgetOf } from "./explorer/view.js";
 import { drawMark, legendOf } from "./marks.js";
 import { MODELS } from "./models.js";
 
-const HIGHEST = 400; // px
-const BEAT = 120; // ms that a value stands while one slider plays
+const MAX_FIGURE_PX = 400; // px
+const FIGURE_STEP_MS = 120; // ms that a value stands while one slider plays
 
 // What Python packed: arrays are base64, all else is as it is.
-export function unpackedArrays(given) {
+export function unpackedArrays(packed) {
   const read = ([name, value]) => [name, typeof value === "string" ? floats(value) : value];
-  return Object.fromEntries(Object.entries(given).map(read));
+  return Object.fromEntries(Object.entries(packed).map(read));
 }
 
 class LiveFigure extends View {
@@ -25,9 +25,9 @@ class LiveFigure extends View {
     this.first = model.get("values");
     this.answer = MODELS[model.get("model_name")](unpackedArrays(model.get("given")));
     this.sliders = model.get("sliders").map(({ label, values }, k) => {
-      const digits = Math.max(...values.map((each) => (String(each).split(".")[1] ?? "").length));
+      const digits = Math.max(...values.map((value) => (String(value).split(".")[1] ?? "").length));
       const onValue = (value) =>
-        this.set(model.get("values").map((old, i) => (i === k ? value : old)));
+        this.set(model.get("values").map((oldValue, i) => (i === k ? value : oldValue)));
       return slider({
         name: `value-${k}`,
         label,
@@ -51,7 +51,7 @@ class LiveFigure extends View {
   build() {
     const { panels } = this.answer(...this.model.get("values"));
     const [left, right, bottom, top] = this.model.get("window");
-    const style = `aspect-ratio: ${right - left} / ${top - bottom}; max-height: ${HIGHEST}px`;
+    const style = `aspect-ratio: ${right - left} / ${top - bottom}; max-height: ${MAX_FIGURE_PX}px`;
     this.canvases = panels.map(() => element("canvas", { class: "icp-panel", role: "img", style }));
     if (this.answer.drag) for (const canvas of this.canvases) this.letDrag(canvas);
     // Its numbers are told beside it
@@ -136,7 +136,7 @@ class LiveFigure extends View {
           this.view.pixel(data[2 * i], data[2 * i + 1]),
         ),
       );
-    return spots.some(([a, b]) => Math.hypot(a - u, b - v) < NEAR);
+    return spots.some(([a, b]) => Math.hypot(a - u, b - v) < TOUCH_REACH_PX);
   }
 
   togglePlay() {
@@ -153,37 +153,38 @@ class LiveFigure extends View {
     this.playing = setInterval(() => {
       this.set([values[++at]]);
       return at === values.length - 1 && stop();
-    }, BEAT);
+    }, FIGURE_STEP_MS);
   }
 
   update() {
     const values = this.model.get("values");
     const { panels, numbers, curve } = this.answer(...values);
-    this.sliders.forEach((each, k) => each.set(values[k]));
+    this.sliders.forEach((control, k) => control.set(values[k]));
     writeRows(this.numbers, numbers);
     panels.forEach((panel, k) => this.drawPanel(this.canvases[k], panel));
     const { title, trail, series, shown } = curve;
-    const last = this.trail.at(-1);
-    if (trail !== undefined && trail !== last) this.trail = [...this.trail, trail].slice(-TRAIL);
+    const lastNumber = this.trail.at(-1);
+    if (trail !== undefined && trail !== lastNumber)
+      this.trail = [...this.trail, trail].slice(-MAX_TRAIL_COUNT);
     drawCost(this.curve, {
       series: series ?? [this.trail],
       shown: shown ?? this.trail.length - 1,
       title,
       colors: palette(this.root),
     });
-    const said = numbers.map((each) => each.join(": ")).join("; ");
+    const numbersText = numbers.map((row) => row.join(": ")).join("; ");
     const name = ({ name }) => [name, this.model.get("label")].filter(Boolean).join(": ");
     this.canvases.forEach((canvas, k) =>
-      canvas.setAttribute("aria-label", `${name(panels[k])}; ${said}`),
+      canvas.setAttribute("aria-label", `${name(panels[k])}; ${numbersText}`),
     );
     clearTimeout(this.speaking);
-    this.speaking = setTimeout(() => (this.spoken.textContent = said), PATIENCE);
+    this.speaking = setTimeout(() => (this.spoken.textContent = numbersText), SPEAK_DELAY_MS);
   }
 
   drawPanel(canvas, { marks }) {
     const [left, right, bottom, top] = this.model.get("window");
     const fresh = freshContext(canvas, (width) =>
-      Math.min(HIGHEST, (width * (top - bottom)) / (right - left)),
+      Math.min(MAX_FIGURE_PX, (width * (top - bottom)) / (right - left)),
     );
     if (!fresh) return;
     const { context, width, height } = fresh;

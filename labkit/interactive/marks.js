@@ -1,6 +1,6 @@
 // The marks of all widgets: apart in shape or dash as well as in colour, as in labkit.plotting.
 
-import { RADIUS } from "./driving/world.js";
+import { ROBOT_RADIUS_M } from "./driving/world.js";
 import { cross, diamond, dot, plus, ring, speck, square, triangle } from "./explorer/canvas.js";
 import { element } from "./explorer/controls.js";
 
@@ -28,7 +28,7 @@ const outline = (context, frame, data) => {
 // A robot: a drop that points ahead.
 const drop = (context, frame, [x, y, theta]) => {
   const [u, v] = frame.pixel(x, y);
-  const r = Math.max(7, RADIUS * frame.scale);
+  const r = Math.max(7, ROBOT_RADIUS_M * frame.scale);
   context.arc(u, v, r, 0.8 - theta, 2 * Math.PI - 0.8 - theta);
   context.lineTo(u + 1.45 * r * Math.cos(theta), v - 1.45 * r * Math.sin(theta));
   context.closePath();
@@ -38,7 +38,7 @@ const circle = (context, frame, [x, y, radius]) =>
 
 // How each kind is drawn, and its sign in the legend; `fill` is how opaque its inside is, and `end`
 // the marker at the first end of each segment.
-const KINDS = {
+const MARK_KINDS = {
   gated: { path: segments, color: "gated", sign: "··×", dash: [1.5, 2.5], end: cross },
   trimmed: { path: segments, color: "trimmed", sign: "--□", dash: [5, 3], end: square },
   "no line": { path: segments, color: "noline", sign: "-·◇", dash: [5, 2, 1, 2], end: diamond },
@@ -78,7 +78,7 @@ const KINDS = {
 };
 
 export function drawMark(context, frame, colors, [kind, data]) {
-  const { path, color, dash = [], width = 1, fill = 0, end } = KINDS[kind];
+  const { path, color, dash = [], width = 1, fill = 0, end } = MARK_KINDS[kind];
   const paint = () => {
     context.globalAlpha = fill;
     context.fill();
@@ -102,7 +102,7 @@ export function drawMark(context, frame, colors, [kind, data]) {
 // What kinds of marks stand for: [kind, words] each.
 export function legendOf(entries) {
   const signs = entries.map(([kind, words]) => {
-    const { sign, color } = KINDS[kind];
+    const { sign, color } = MARK_KINDS[kind];
     return element(
       "span",
       {},

@@ -21,8 +21,8 @@ export const MODELS = {
       const moved = apply(transform(x, y, degrees * DEGREE), source);
       const partner = rows(moved).map((at, i) => (weights ? i : search.nearest(...at)));
       const distances = rows(moved).map(([x, y], i) => distanceTo(target, partner[i], x, y));
-      const found = weights
-        ? distances.reduce((sum, each, i) => sum + weights[i] * each ** 2, 0)
+      const fit = weights
+        ? distances.reduce((sum, distance, i) => sum + weights[i] * distance ** 2, 0)
         : median(distances);
       const pairs = rows(moved).flatMap((at, i) => [
         ...at,
@@ -30,14 +30,14 @@ export const MODELS = {
         target[2 * partner[i] + 1],
       ]);
       const [name, unit] = weights ? ["cost J", "m²"] : ["median distance", "m"];
-      const said = weights ? "pair" : "to the nearest point";
+      const pairLabel = weights ? "pair" : "to the nearest point";
       const marks = [
-        ["pair", pairs, said],
+        ["pair", pairs, pairLabel],
         ["older", target, "older scan"],
         ["newer", moved, "newer scan, moved"],
       ];
-      const curve = { title: `${name} [${unit}], as you move`, trail: found };
-      return { panels: [{ marks }], numbers: [[name, `${found.toFixed(3)} ${unit}`]], curve };
+      const curve = { title: `${name} [${unit}], as you move`, trail: fit };
+      return { panels: [{ marks }], numbers: [[name, `${fit.toFixed(3)} ${unit}`]], curve };
     };
     answer.drag = ([degrees, x, y], from, to) => [
       degrees,
@@ -50,15 +50,19 @@ export const MODELS = {
   // Pairs, in one of which the target point was displaced, aligned with a weight for this one.
   outlier({ source, target, truth, row }) {
     const answer = (weight, metres) => {
-      const spoilt = target.map((each, i) => (i === 2 * row ? each + metres : each));
+      const spoilt = target.map((coordinate, i) =>
+        i === 2 * row ? coordinate + metres : coordinate,
+      );
       const weights = Float64Array.from(target.subarray(target.length / 2), (_, i) =>
         i === row ? weight : 1,
       );
       const T = align(source, spoilt, weights);
       const moved = apply(T, source);
-      const there = rows(spoilt);
-      const pairs = rows(moved).map((point, i) => [...point, ...there[i]]);
-      const [before, after] = [target, spoilt].map((points) => centroid(points, weights));
+      const targetRows = rows(spoilt);
+      const pairs = rows(moved).map((point, i) => [...point, ...targetRows[i]]);
+      const [centroidBefore, centroidAfter] = [target, spoilt].map((points) =>
+        centroid(points, weights),
+      );
       const marks = [
         ["pair", pairs.filter((_, i) => i !== row).flat(), "pair"],
         ["stray", pairs[row], "pair of the outlier"],
@@ -66,17 +70,19 @@ export const MODELS = {
         ["newer", moved, "source, moved"],
         [
           "pull",
-          [...before, ...after.map((each, k) => before[k] + 5 * (each - before[k]))],
+          [
+            ...centroidBefore,
+            ...centroidAfter.map(
+              (coordinate, k) => centroidBefore[k] + 5 * (coordinate - centroidBefore[k]),
+            ),
+          ],
           "its pull on the centroid, 5 times",
         ],
-        ["after", after, "centroid of the target"],
-        ["before", before, "where it was"],
+        ["after", centroidAfter, "centroid of the target"],
+        ["before", centroidBefore, "where it was"],
       ];
       const numbers = [
-        [
-          "centroid moves",
-          `${Math.hypot(after[0] - before[0], after[1] - before[1]).toFixed(3)} m`,
-        ],
+        ["centroid moves", `${distanceTo(centroidBefore, 0, ...centroidAfter).toFixed(3)} m`],
         ["error of the motion", sayDifference(poseDifference(transform(...truth), T))],
       ];
       const curve = {
@@ -98,10 +104,10 @@ export const MODELS = {
       const cells = cut(points, box(points), depth);
       const open = cells.filter(({ low, high }) => gap([x, y], low, high) <= radius);
       const looked = open.reduce((sum, { points }) => sum + points.length, 0);
-      const ends = (some) => some.flatMap(({ low, high }) => [...low, ...high]);
+      const cornersOf = (chosenCells) => chosenCells.flatMap(({ low, high }) => [...low, ...high]);
       const marks = [
-        ["cell", ends(cells), "cell"],
-        ["open", ends(open), "cell to open"],
+        ["cell", cornersOf(cells), "cell"],
+        ["open", cornersOf(open), "cell to open"],
         ["older", target, "older scan"],
         ["reach", [x, y, radius], "distance to its nearest point"],
         ["query", [x, y], "query"],
@@ -131,7 +137,7 @@ export const MODELS = {
       const { history } = icp(source, prepared, transform(0, 0, 0), { ...parameters, metric });
       return {
         name: metric.replaceAll("_", "-"),
-        poses: history.map((each) => each.T_target_source),
+        poses: history.map((iteration) => iteration.T_target_source),
       };
     });
     const errors = runs.map(({ poses }) =>
@@ -150,9 +156,10 @@ export const MODELS = {
           ["newer", apply(T, source), "newer scan, moved"],
         ],
       }));
-      const off = (T) => `${sayDifference(poseDifference(transform(...truth), T))} off the truth`;
-      const after = (last) => (steps < last ? "" : `, the end after ${last} steps`);
-      const numbers = shown.map(({ name, T, last }) => [name, off(T) + after(last)]);
+      const errorText = (T) =>
+        `${sayDifference(poseDifference(transform(...truth), T))} off the truth`;
+      const endNote = (last) => (steps < last ? "" : `, the end after ${last} steps`);
+      const numbers = shown.map(({ name, T, last }) => [name, errorText(T) + endNote(last)]);
       return {
         panels,
         numbers,
@@ -186,31 +193,34 @@ function median(values) {
 function box(points) {
   const [low, high] = corners(points);
   const margin = 0.02 * Math.max(high[0] - low[0], high[1] - low[1]) || 0.5;
-  return { low: low.map((each) => each - margin), high: high.map((each) => each + margin) };
+  return {
+    low: low.map((coordinate) => coordinate - margin),
+    high: high.map((coordinate) => coordinate + margin),
+  };
 }
 
 function corners(points) {
-  return [Math.min, Math.max].map((most) =>
-    [0, 1].map((axis) => most(...points.map((each) => each[axis]))),
+  return [Math.min, Math.max].map((extreme) =>
+    [0, 1].map((axis) => extreme(...points.map((point) => point[axis]))),
   );
 }
 
 // The cells of the points after so many cuts, each at the median and across the points' longer
 // extent.
 function cut(points, { low, high }, depth) {
-  const [least, most] = corners(points);
-  const extents = [0, 1].map((axis) => most[axis] - least[axis]);
+  const [minimum, maximum] = corners(points);
+  const extents = [0, 1].map((axis) => maximum[axis] - minimum[axis]);
   if (depth === 0 || points.length < 2 || Math.max(...extents) === 0)
     return [{ low, high, points }];
   const axis = extents[1] > extents[0] ? 1 : 0;
-  const split = points.map((each) => each[axis]).sort((a, b) => a - b)[points.length >> 1];
+  const split = points.map((point) => point[axis]).sort((a, b) => a - b)[points.length >> 1];
   const isBelow =
-    split > least[axis] ? (each) => each[axis] < split : (each) => each[axis] <= split;
-  const at = (corner) => corner.map((each, k) => (k === axis ? split : each));
+    split > minimum[axis] ? (point) => point[axis] < split : (point) => point[axis] <= split;
+  const at = (corner) => corner.map((coordinate, k) => (k === axis ? split : coordinate));
   return [
     ...cut(points.filter(isBelow), { low, high: at(high) }, depth - 1),
     ...cut(
-      points.filter((each) => !isBelow(each)),
+      points.filter((point) => !isBelow(point)),
       { low: at(low), high },
       depth - 1,
     ),
@@ -219,5 +229,7 @@ function cut(points, { low, high }, depth) {
 
 // How far a point is from a cell; 0 inside it.
 function gap(point, low, high) {
-  return Math.hypot(...point.map((each, k) => Math.max(low[k] - each, each - high[k], 0)));
+  return Math.hypot(
+    ...point.map((coordinate, k) => Math.max(low[k] - coordinate, coordinate - high[k], 0)),
+  );
 }

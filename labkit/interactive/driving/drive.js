@@ -30,23 +30,23 @@ import { drawMark, legendOf } from "../marks.js";
 import { Odometry, distanceOff, takeScan } from "./odometry.js";
 import { Robot, isDriven } from "./world.js";
 
-const TICK = 1 / 60; // s
-const SCAN = 12; // ticks from one scan to the next
-const LONGEST = 900; // scans that a link holds: three minutes
-const ACROSS = 12; // m that are seen of a longer world, or fewer:
+const TICK_S = 1 / 60; // s
+const TICKS_PER_SCAN = 12; // ticks from one scan to the next
+const MAX_LINK_SCANS = 900; // scans that a link holds: three minutes
+const MAX_VIEW_M = 12; // m that are seen of a longer world, or fewer:
 const MIN_PX_PER_M = 55; // so that a narrow picture shows the robot large enough
-const ABOUT = 1; // m about a robot that are seen at least
+const ROBOT_VIEW_M = 1; // m about a robot that are seen at least
 const MIN_HEIGHT_PX = 230; // of the picture, on a telephone
-const TALLEST = 340; // px of the picture: what is told and turned below it stays in view
-const INK = 40; // px of the map for a metre
-const MARGIN = 3; // m of the map about the walls
-const SLIP = [0.1, 5 * DEGREE]; // m and rad from which a step counts as wrong
-const DRIFT = 0.1; // m off without a wrong step, from which it is told
-const SLOW = 0.4; // share of the full speed, with Shift
-const REPLAY = 8; // ms of a frame for a drive of a link
-const RACE = "#drive?";
-const AT_WALL = "A wall stops the robot: turn away from it, or drive back.";
-const KEYS = {
+const MAX_HEIGHT_PX = 340; // px of the picture: what is told and turned below it stays in view
+const MAP_PX_PER_M = 40; // px of the map for a metre
+const MAP_MARGIN_M = 3; // m of the map about the walls
+const WRONG_STEP_M_RAD = [0.1, 5 * DEGREE]; // m and rad from which a step counts as wrong
+const MIN_DRIFT_M = 0.1; // m off without a wrong step, from which it is told
+const SLOW_SPEED_SHARE = 0.4; // share of the full speed, with Shift
+const REPLAY_BUDGET_MS = 8; // ms of a frame for a drive of a link
+const DRIVE_HASH = "#drive?";
+const WALL_HINT = "A wall stops the robot: turn away from it, or drive back.";
+const DRIVE_KEYS = {
   ArrowUp: [1, 0],
   w: [1, 0],
   ArrowDown: [-1, 0],
@@ -56,7 +56,8 @@ const KEYS = {
   ArrowRight: [0, -1],
   d: [0, -1],
 };
-const rounded = (pose) => pose.map((each) => Math.round(1000 * each) / 1000); // as a link holds it
+// To thousandths, as a link holds it.
+const rounded = (pose) => pose.map((coordinate) => Math.round(1000 * coordinate) / 1000);
 // A letter is the same key with Shift.
 const keyOf = ({ key }) => (key.length === 1 ? key.toLowerCase() : key);
 const clamp = (value) => Math.max(-1, Math.min(1, value));
@@ -65,15 +66,17 @@ const clamp = (value) => Math.max(-1, Math.min(1, value));
 export function encoded(poses) {
   const steps = poses
     .slice(1)
-    .flatMap((pose, k) => pose.map((each, i) => Math.round(1000 * (each - poses[k][i]))));
+    .flatMap((pose, k) =>
+      pose.map((coordinate, i) => Math.round(1000 * (coordinate - poses[k][i]))),
+    );
   return steps.map((step) => step.toString(36)).join(".");
 }
 
-export function decoded(text, start) {
+export function decoded(encodedSteps, start) {
   const poses = [rounded(start)];
-  const steps = text.split(".").map((each) => parseInt(each, 36) / 1000);
+  const steps = encodedSteps.split(".").map((number) => parseInt(number, 36) / 1000);
   for (let k = 0; k + 2 < steps.length; k += 3)
-    poses.push(rounded(poses.at(-1).map((each, i) => each + steps[k + i])));
+    poses.push(rounded(poses.at(-1).map((coordinate, i) => coordinate + steps[k + i])));
   return poses;
 }
 
@@ -81,9 +84,12 @@ export function decoded(text, start) {
 export function sayClosing(count, metresBefore, metresAfter) {
   if (!count) return "The scans recognise no place that the robot saw before.";
   const scans = count === 1 ? "1 scan" : `${count} scans`;
-  const [before, after] = [metresBefore, metresAfter].map((metres) => `${metres.toFixed(2)} m`);
-  const change = `${before} off before, ${after} now`;
-  if (before === after) return `${scans} recognised, and nothing gained: still ${after} off.`;
+  const [errorBefore, errorAfter] = [metresBefore, metresAfter].map(
+    (metres) => `${metres.toFixed(2)} m`,
+  );
+  const change = `${errorBefore} off before, ${errorAfter} now`;
+  if (errorBefore === errorAfter)
+    return `${scans} recognised, and nothing gained: still ${errorAfter} off.`;
   if (metresAfter > metresBefore)
     return `${scans} recognised, and the drive is worse: ${change}. A place was mistaken.`;
   return `${scans} recognised: ${change}.`;
@@ -93,7 +99,7 @@ class DriveView extends View {
   constructor(model, signal) {
     super(model, signal);
     this.parameters = { ...model.get("parameters") };
-    this.places = new Map(model.get("places").map((each) => [each.name, each]));
+    this.places = new Map(model.get("places").map((place) => [place.name, place]));
     Object.assign(this, { wheels: "none", view: new Frame(), sheet: new Frame(), held: new Set() });
     this.build();
     this.live();
@@ -112,7 +118,7 @@ class DriveView extends View {
     const names = [...this.places.keys()];
     const wheels = ["none", ...Object.keys(this.model.get("wheels"))];
     const select = (name, values, onValue) =>
-      choice({ name, label: name, options: values.map((each) => [each, each]), onValue });
+      choice({ name, label: name, options: values.map((value) => [value, value]), onValue });
     this.world = select("world", names, (name) => this.enter(name));
     this.dial = select("wheels", wheels, (name) => {
       this.wheels = name;
@@ -131,10 +137,10 @@ class DriveView extends View {
       role: "application",
       "aria-label": "Map. Arrow keys or W, A, S, D drive the robot, with Shift slowly.",
     });
-    const how = matchMedia("(pointer: coarse)").matches
+    const promptText = matchMedia("(pointer: coarse)").matches
       ? "Drag here to drive; a short pull is slow"
       : "Drag, or click and use the arrow keys; with Shift slowly";
-    this.prompt = element("p", { class: "icp-prompt", "aria-hidden": "true" }, how);
+    this.prompt = element("p", { class: "icp-prompt", "aria-hidden": "true" }, promptText);
     const legend = legendOf([
       ["robot", "where its scans say that it is"],
       ["ghost", "where it is"],
@@ -179,7 +185,7 @@ class DriveView extends View {
     on("keydown", (event) => {
       this.isSlow = event.shiftKey;
       const key = keyOf(event);
-      if (!KEYS[key] || event.ctrlKey || event.metaKey || event.altKey) return;
+      if (!DRIVE_KEYS[key] || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
       this.held.add(key);
       this.go();
@@ -201,17 +207,17 @@ class DriveView extends View {
 
   // What the driver wants: by keys, or towards the pointer, as fast as it is far.
   wanted() {
-    const sum = (k) => clamp([...this.held].reduce((total, key) => total + KEYS[key][k], 0));
-    const share = this.isSlow ? SLOW : 1;
+    const sum = (k) => clamp([...this.held].reduce((total, key) => total + DRIVE_KEYS[key][k], 0));
+    const share = this.isSlow ? SLOW_SPEED_SHARE : 1;
     if (!this.pointer) return { ahead: share * sum(0), left: share * sum(1) };
     const [x, y, theta] = this.robot.pose;
     const [px, py] = this.view.place(...this.pointer);
-    const off = Math.atan2(py - y, px - x) - theta;
-    const turn = Math.atan2(Math.sin(off), Math.cos(off));
-    const far = Math.min(1, Math.hypot(px - x, py - y) / 2);
-    return far < 0.1
+    const bearing = Math.atan2(py - y, px - x) - theta;
+    const turn = Math.atan2(Math.sin(bearing), Math.cos(bearing));
+    const pull = Math.min(1, Math.hypot(px - x, py - y) / 2);
+    return pull < 0.1
       ? { ahead: 0, left: 0 }
-      : { ahead: far * Math.max(0, Math.cos(turn)), left: clamp(2.5 * turn) };
+      : { ahead: pull * Math.max(0, Math.cos(turn)), left: clamp(2.5 * turn) };
   }
 
   go() {
@@ -249,14 +255,14 @@ class DriveView extends View {
     Object.assign(this, { ticks: 0, behind: 0 });
     Object.assign(this, { now: null, pointer: null, shown: null, sliding: null, inked: null });
     const { left, right, bottom, top } = this.box;
-    const width = INK * (right - left + 2 * MARGIN);
-    const height = INK * (top - bottom + 2 * MARGIN);
+    const width = MAP_PX_PER_M * (right - left + 2 * MAP_MARGIN_M);
+    const height = MAP_PX_PER_M * (top - bottom + 2 * MAP_MARGIN_M);
     this.map = Object.assign(document.createElement("canvas"), { width, height });
     this.sheet.look({
       width,
       height,
       center: [(left + right) / 2, (bottom + top) / 2],
-      scale: INK,
+      scale: MAP_PX_PER_M,
     });
     this.prompt.hidden = false;
     this.scan();
@@ -267,19 +273,23 @@ class DriveView extends View {
   open() {
     const { hash } = location;
     const named = [...this.places.keys()].find(
-      (each) => `#drive-${each.toLowerCase().replace(" ", "-")}` === hash,
+      (name) => `#drive-${name.toLowerCase().replace(" ", "-")}` === hash,
     );
     if (named) this.enter(named);
-    if (!hash.startsWith(RACE)) return;
-    const link = Object.fromEntries(new URLSearchParams(hash.slice(RACE.length)));
+    if (!hash.startsWith(DRIVE_HASH)) return;
+    const link = Object.fromEntries(new URLSearchParams(hash.slice(DRIVE_HASH.length)));
     this.choose(link.wheels);
     for (const control of CONTROLS.filter(({ name }) => SLIDERS.includes(name) && name in link)) {
       const value = link[control.name] === "null" ? null : Number(link[control.name]);
       if (isValueOf(control, value)) this.parameters[control.name] = value;
     }
     this.enter(link.world);
-    const poses = decoded(link.drive ?? "", this.at.start).slice(0, LONGEST);
-    if (poses.length > 1 && poses.flat().every(Number.isFinite) && isDriven(poses, SCAN * TICK))
+    const poses = decoded(link.drive ?? "", this.at.start).slice(0, MAX_LINK_SCANS);
+    if (
+      poses.length > 1 &&
+      poses.flat().every(Number.isFinite) &&
+      isDriven(poses, TICKS_PER_SCAN * TICK_S)
+    )
       this.enter(link.world, { poses, odometry: new Odometry(poses[0]), setting: this.setting() });
   }
 
@@ -292,11 +302,11 @@ class DriveView extends View {
 
   copy() {
     const set = Object.fromEntries(SLIDERS.map((name) => [name, this.parameters[name]]));
-    const drive = encoded(this.poses.slice(0, LONGEST));
-    const told = { world: this.at.name, wheels: this.wheels, ...set, drive };
-    const link = location.href.split("#")[0] + RACE + new URLSearchParams(told);
+    const drive = encoded(this.poses.slice(0, MAX_LINK_SCANS));
+    const settings = { world: this.at.name, wheels: this.wheels, ...set, drive };
+    const link = location.href.split("#")[0] + DRIVE_HASH + new URLSearchParams(settings);
     toClipboard(link, "A link to this drive is on the clipboard: who beats it?").then(
-      (said) => (this.said.textContent = said),
+      (message) => (this.said.textContent = message),
     );
   }
 
@@ -304,17 +314,20 @@ class DriveView extends View {
   close() {
     if (this.sliding) return;
     const { scans } = this.odometry;
-    const before = scans.map(({ T }) => T);
-    const off = this.off();
-    const found = this.odometry.recognise(this.parameters);
-    const after = scans.map(({ T }) => T);
-    this.said.textContent = sayClosing(found, off, this.off());
+    const posesBefore = scans.map(({ T }) => T);
+    const metresBefore = this.off();
+    const recognisedCount = this.odometry.recognise(this.parameters);
+    const posesAfter = scans.map(({ T }) => T);
+    this.said.textContent = sayClosing(recognisedCount, metresBefore, this.off());
     this.score.textContent = this.sum();
     this.sliding = { stop() {} };
     const { stop } = tween(
       1,
       (at) => {
-        scans.forEach((scan, k) => (scan.T = at < 1 ? between(before[k], after[k], at) : after[k]));
+        scans.forEach(
+          (scan, k) =>
+            (scan.T = at < 1 ? between(posesBefore[k], posesAfter[k], at) : posesAfter[k]),
+        );
         this.inked = null;
         if (at >= 1) this.sliding = null;
         this.request();
@@ -330,7 +343,7 @@ class DriveView extends View {
     const now = performance.now();
     if (this.now !== null && !this.sliding) {
       this.behind += Math.min(0.1, (now - this.now) / 1000);
-      for (; this.behind >= TICK; this.behind -= TICK) this.tick();
+      for (; this.behind >= TICK_S; this.behind -= TICK_S) this.tick();
     }
     const rests =
       !this.pointer && !this.held.size && !this.robot.speed && !this.robot.turning && !this.moved();
@@ -344,13 +357,13 @@ class DriveView extends View {
   }
 
   tick() {
-    this.robot.move(TICK, this.wanted(), this.segments);
-    if (++this.ticks % SCAN === 0 && this.moved()) this.scan();
+    this.robot.move(TICK_S, this.wanted(), this.segments);
+    if (++this.ticks % TICKS_PER_SCAN === 0 && this.moved()) this.scan();
   }
 
   // Whether the robot has moved since its last scan.
   moved() {
-    return rounded(this.robot.pose).some((each, i) => each !== this.poses.at(-1)[i]);
+    return rounded(this.robot.pose).some((coordinate, i) => coordinate !== this.poses.at(-1)[i]);
   }
 
   scan() {
@@ -366,13 +379,13 @@ class DriveView extends View {
   judge(k) {
     if (k === 0) return;
     const scan = this.odometry.scans[k];
-    const [before, now] = this.poses.slice(k - 1).map((pose) => transform(...pose));
-    const step = compose(invert(before), now);
+    const [T_before, now] = this.poses.slice(k - 1).map((pose) => transform(...pose));
+    const step = compose(invert(T_before), now);
     const error = poseDifference(step, scan.step);
-    const isWrong = error[0] > SLIP[0] || error[1] > SLIP[1];
+    const isWrong = error[0] > WRONG_STEP_M_RAD[0] || error[1] > WRONG_STEP_M_RAD[1];
     if (!isWrong) return;
     this.wrong.push(k);
-    const size = error[0] / SLIP[0] + error[1] / SLIP[1];
+    const size = error[0] / WRONG_STEP_M_RAD[0] + error[1] / WRONG_STEP_M_RAD[1];
     if (this.worst && size < 1.2 * this.worst.size) return; // it is read aloud, so not each of them
     this.worst = { k, size, step, error, scan };
   }
@@ -380,8 +393,8 @@ class DriveView extends View {
   // Tell the worst step, and how its match ended; or what to try.
   advise() {
     const advice = this.worst ? this.slip() : this.hint();
-    const text = this.beat() + (this.robot.isBlocked ? AT_WALL : advice);
-    if (text !== this.advised) this.said.textContent = this.advised = text;
+    const sentence = this.beat() + (this.robot.isBlocked ? WALL_HINT : advice);
+    if (sentence !== this.advised) this.said.textContent = this.advised = sentence;
   }
 
   // Say that a wall stops the robot, and that it no longer does.
@@ -395,32 +408,33 @@ class DriveView extends View {
     const { k, step, error, scan } = this.worst;
     const driven = Math.hypot(step.x, step.y).toFixed(2);
     const turned = Math.abs(Math.round(toXYTheta(step)[2] / DEGREE));
-    const off = `${error[0].toFixed(2)} m and ${Math.round(error[1] / DEGREE)}°`;
+    const errorText = `${error[0].toFixed(2)} m and ${Math.round(error[1] / DEGREE)}°`;
     const did = `the robot drove ${driven} m and turned ${turned}° since the scan before`;
     const unseen = scan.unseen.length ? ` It does not see a ${scan.unseen.join(" or a ")}.` : "";
-    return `Scan ${k}: ${did}. The match is ${off} off; ${TERMINATIONS[scan.ending]}.${unseen}`;
+    const match = `The match is ${errorText} off; ${TERMINATIONS[scan.ending]}.`;
+    return `Scan ${k}: ${did}. ${match}${unseen}`;
   }
 
   hint() {
-    if (this.off() < DRIFT) return this.at.hint;
+    if (this.off() < MIN_DRIFT_M) return this.at.hint;
     return "No match is more than 10 cm or 5° off: small errors add up. Recognise places.";
   }
 
   beat() {
     if (!this.rival) return "";
     const { poses, odometry } = this.rival;
-    const seconds = Math.round(poses.length * SCAN * TICK);
+    const seconds = Math.round(poses.length * TICKS_PER_SCAN * TICK_S);
     if (odometry.scans.length < poses.length) return "Replaying the drive of the link … ";
     const { metres } = odometry.scans.at(-1);
-    const off = distanceOff(odometry, poses.at(-1)).toFixed(2);
-    return `To beat, in orange: ${metres.toFixed(0)} m in ${seconds} s, ${off} m off. `;
+    const metresOff = distanceOff(odometry, poses.at(-1)).toFixed(2);
+    return `To beat, in orange: ${metres.toFixed(0)} m in ${seconds} s, ${metresOff} m off. `;
   }
 
   // Match the scans of the link's drive anew, for some milliseconds: its score is not believed.
   replay() {
     const { poses, odometry, setting } = this.rival;
-    const end = performance.now() + REPLAY;
-    while (odometry.scans.length < poses.length && performance.now() < end)
+    const deadline = performance.now() + REPLAY_BUDGET_MS;
+    while (odometry.scans.length < poses.length && performance.now() < deadline)
       takeScan(odometry, poses, setting);
     this.advise();
     if (odometry.scans.length < poses.length) this.request();
@@ -433,8 +447,8 @@ class DriveView extends View {
   sum() {
     const { metres } = this.odometry.scans.at(-1);
     const steps = this.poses.length - 1;
-    const wrong = `${this.wrong.length} of ${steps} wrong`.replaceAll(" ", "\u00a0");
-    return `${metres.toFixed(0)} m driven, ${this.off().toFixed(2)} m off, ${wrong}`;
+    const wrongSteps = `${this.wrong.length} of ${steps} wrong`.replaceAll(" ", "\u00a0");
+    return `${metres.toFixed(0)} m driven, ${this.off().toFixed(2)} m off, ${wrongSteps}`;
   }
 
   // ---- how it is shown
@@ -443,19 +457,19 @@ class DriveView extends View {
   ink(k, colors) {
     const context = this.map.getContext("2d");
     const { scans } = this.odometry;
-    const before = Math.max(0, k - 1);
-    const way = [before, k].flatMap((i) => [scans[i].T.x, scans[i].T.y]);
-    const truth = [before, k].flatMap((i) => this.poses[i].slice(0, 2));
+    const previous = Math.max(0, k - 1);
+    const believedStep = [previous, k].flatMap((i) => [scans[i].T.x, scans[i].T.y]);
+    const truth = [previous, k].flatMap((i) => this.poses[i].slice(0, 2));
     for (const mark of [
       ["scan", apply(scans[k].T, scans[k].points)],
       ["pair", truth],
-      ["way", way],
+      ["way", believedStep],
     ])
       drawMark(context, this.sheet, colors, mark);
   }
 
   isLong() {
-    return this.box.right - this.box.left > 2 * ACROSS;
+    return this.box.right - this.box.left > 2 * MAX_VIEW_M;
   }
 
   // The part of the world that is shown: a small world whole, of a long one what is about the
@@ -467,10 +481,16 @@ class DriveView extends View {
       [this.shown.y, this.robot.pose[1]],
     ];
     const middle = (x[0] + x[1]) / 2;
-    const across = Math.min(ACROSS, width / MIN_PX_PER_M);
-    const ends = this.isLong() ? [middle - across / 2, middle + across / 2] : [left, right];
-    const [low, high] = [Math.min(ends[0], ...x) - ABOUT / 2, Math.max(ends[1], ...x) + ABOUT / 2];
-    const [under, over] = [Math.min(bottom, ...y) - ABOUT / 2, Math.max(top, ...y) + ABOUT / 2];
+    const across = Math.min(MAX_VIEW_M, width / MIN_PX_PER_M);
+    const xRange = this.isLong() ? [middle - across / 2, middle + across / 2] : [left, right];
+    const [low, high] = [
+      Math.min(xRange[0], ...x) - ROBOT_VIEW_M / 2,
+      Math.max(xRange[1], ...x) + ROBOT_VIEW_M / 2,
+    ];
+    const [under, over] = [
+      Math.min(bottom, ...y) - ROBOT_VIEW_M / 2,
+      Math.max(top, ...y) + ROBOT_VIEW_M / 2,
+    ];
     const scale = Math.min(width / (high - low), height / (over - under));
     this.view.look({ width, height, center: [(low + high) / 2, (under + over) / 2], scale });
   }
@@ -483,12 +503,12 @@ class DriveView extends View {
 
   draw() {
     const { scans } = this.odometry;
-    const last = scans.at(-1);
+    const lastScan = scans.at(-1);
     const colors = palette(this.root);
     const share = this.isLong() ? 0.4 : 0.7; // of the width
     const fresh = freshContext(this.canvas, (width) => {
       const height = Math.max(share * width, Math.min(width, MIN_HEIGHT_PX));
-      return Math.min(TALLEST, height);
+      return Math.min(MAX_HEIGHT_PX, height);
     });
     if (!fresh) return;
     // Another theme, or a drive that slides: all of it anew.
@@ -499,23 +519,26 @@ class DriveView extends View {
       this.inked = colors.target;
     }
     // It goes on as it last went.
-    const part = this.now === null || this.sliding ? 0 : (this.ticks % SCAN) / SCAN;
-    const ahead = compose(last.T, between(transform(0, 0, 0), last.step, part));
+    const part =
+      this.now === null || this.sliding ? 0 : (this.ticks % TICKS_PER_SCAN) / TICKS_PER_SCAN;
+    const ahead = compose(lastScan.T, between(transform(0, 0, 0), lastScan.step, part));
     this.shown = this.shown && this.now !== null ? between(this.shown, ahead, 0.4) : ahead;
     const { context, width, height } = fresh;
     this.look(width, height);
     this.placePrompt(height);
     const mark = (kind, data) => drawMark(context, this.view, colors, [kind, data]);
-    const seen = apply(last.T, last.points);
+    const seenPoints = apply(lastScan.T, lastScan.points);
     mark("wall", this.segments);
-    const corner = this.view.pixel(this.box.left - MARGIN, this.box.top + MARGIN);
-    const size = [this.map.width, this.map.height].map((each) => (each * this.view.scale) / INK);
+    const corner = this.view.pixel(this.box.left - MAP_MARGIN_M, this.box.top + MAP_MARGIN_M);
+    const size = [this.map.width, this.map.height].map(
+      (pixels) => (pixels * this.view.scale) / MAP_PX_PER_M,
+    );
     context.drawImage(this.map, ...corner, ...size);
-    mark("view", [last.T.x, last.T.y, ...seen]);
-    mark("seen", seen);
+    mark("view", [lastScan.T.x, lastScan.T.y, ...seenPoints]);
+    mark("seen", seenPoints);
     if (this.rival) {
       const { poses } = this.rival;
-      mark("rival", poses[Math.min(Math.floor(this.ticks / SCAN), poses.length - 1)]);
+      mark("rival", poses[Math.min(Math.floor(this.ticks / TICKS_PER_SCAN), poses.length - 1)]);
     }
     mark("ghost", this.robot.pose);
     mark("robot", toXYTheta(this.shown));

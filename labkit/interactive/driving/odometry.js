@@ -10,10 +10,10 @@ import { prepareTarget } from "../explorer/scene.js";
 import { compose, invert, poseDifference, toXYTheta, transform } from "../explorer/se2.js";
 import { cast, generator, wheelStep } from "./world.js";
 
-const AWAY = 4;
-const WITHIN = 2; // m driven between two visits of a place, and how far apart they may seem
-const APART = 0.9; // m driven between two scans that are looked at
-const SHARE = 0.55; // of the points, with a partner: the same place
+const MIN_LOOP_M = 4;
+const MAX_LOOP_GAP_M = 2; // m driven between two visits of a place, and how far apart they may seem
+const SCAN_SPACING_M = 0.9; // m driven between two scans that are looked at
+const MIN_PARTNER_SHARE = 0.55; // of the points, with a partner: the same place
 
 const targetOf = (scan) =>
   (scan.target ??= prepareTarget(scan.points, normalsAlongSweep(scan.points)));
@@ -30,22 +30,22 @@ export class Odometry {
   // Take a scan; `wheels` is the step that they tell, or null. Without a match the robot believes
   // the wheels, or that it stands.
   add(points, wheels, metres, parameters) {
-    const last = this.scans.at(-1);
-    if (!last) {
+    const lastScan = this.scans.at(-1);
+    if (!lastScan) {
       this.scans.push({ points, metres, step: transform(0, 0, 0), T: this.start, ending: null });
       return;
     }
     const guess = wheels ?? transform(0, 0, 0);
-    const run = icp(points, targetOf(last), guess, parameters);
+    const run = icp(points, targetOf(lastScan), guess, parameters);
     const step = run.T_target_source ?? guess;
-    const T = renewed(compose(last.T, step));
+    const T = renewed(compose(lastScan.T, step));
     this.scans.push({
       points,
       metres,
       step,
       T,
       ending: run.termination,
-      unseen: unseenBy(run, last),
+      unseen: unseenBy(run, lastScan),
     });
   }
 
@@ -53,35 +53,35 @@ export class Odometry {
   // Returns how many scans were recognised.
   recognise(parameters) {
     const { scans } = this;
-    let found = 0;
+    let recognisedCount = 0;
     let fixed = 0;
     let looked = 0;
     for (let i = 1; i < scans.length; i++) {
-      if (scans[i].metres - scans[looked].metres < APART) continue;
+      if (scans[i].metres - scans[looked].metres < SCAN_SPACING_M) continue;
       looked = i;
       const j = this.visited(i);
       const T = j === null ? null : match(scans[i], scans[j], parameters);
       if (!T) continue;
       this.bend(Math.max(fixed, j), i, compose(scans[j].T, T));
       fixed = i;
-      found++;
+      recognisedCount++;
     }
-    return found;
+    return recognisedCount;
   }
 
   // The scan taken nearest to the i-th one, of those long before; null where all are far.
   visited(i) {
     const { scans } = this;
-    let best = null;
-    let least = WITHIN;
-    for (let k = 0; scans[i].metres - scans[k].metres > AWAY; k++) {
+    let nearest = null;
+    let leastDistance = MAX_LOOP_GAP_M;
+    for (let k = 0; scans[i].metres - scans[k].metres > MIN_LOOP_M; k++) {
       const [metres, turn] = poseDifference(scans[k].T, scans[i].T);
-      if (metres + turn < least) {
-        best = k;
-        least = metres + turn;
+      if (metres + turn < leastDistance) {
+        nearest = k;
+        leastDistance = metres + turn;
       }
     }
-    return best;
+    return nearest;
   }
 
   // Bend the drive from scan a to scan i so that it ends at T; what follows moves along.
@@ -105,8 +105,10 @@ export class Odometry {
 
 // The motions that the last pairs of a run do not show, in words.
 function unseenBy({ history, termination }, older) {
-  const seen = failed(termination) ? null : observability(history.at(-1).pairs, older.target);
-  return seen ? freeMotions(seen) : [];
+  const information = failed(termination)
+    ? null
+    : observability(history.at(-1).pairs, older.target);
+  return information ? freeMotions(information) : [];
 }
 
 // Take the next scan of a drive, from the world as its scanner and its wheels see it. Chance is the
@@ -130,15 +132,18 @@ export function distanceOff(odometry, [x, y]) {
 
 // The motion between two scans of one place; null where the match is in doubt.
 function match(scan, older, parameters) {
-  const wide = {
+  const looseParameters = {
     ...parameters,
     max_correspondence_distance: 1,
     overlap_ratio: 0.8,
     approach: true,
   };
-  const run = icp(scan.points, targetOf(older), compose(invert(older.T), scan.T), wide);
+  const run = icp(scan.points, targetOf(older), compose(invert(older.T), scan.T), looseParameters);
   const { pairs } = run.history.at(-1);
-  const seen = failed(run.termination) ? null : observability(pairs, older.target);
-  const sure = seen && !freeMotions(seen).length && inlierCount(pairs) > SHARE * pairs.kept.length;
+  const information = failed(run.termination) ? null : observability(pairs, older.target);
+  const sure =
+    information &&
+    !freeMotions(information).length &&
+    inlierCount(pairs) > MIN_PARTNER_SHARE * pairs.kept.length;
   return sure ? run.T_target_source : null;
 }

@@ -3,10 +3,10 @@
 
 import { toXYTheta, transform } from "../explorer/se2.js";
 
-const SPEED = 2.5;
-const TURN = 1.7; // m/s and rad/s at most
-const HASTE = 4; // m/s² and, three times it, rad/s²
-export const RADIUS = 0.28; // m
+const MAX_SPEED_M_S = 2.5;
+const MAX_TURN_RAD_S = 1.7; // m/s and rad/s at most
+const ACCELERATION_M_S2 = 4; // m/s² and, three times it, rad/s²
+export const ROBOT_RADIUS_M = 0.28; // m
 const MIN_FREE_SHARE = 0.2; // of the way that it wants to go; below it, a wall stops the robot
 
 // One sweep: the points in beam order, and the range of each beam; Infinity for a no-return.
@@ -46,9 +46,9 @@ export function firstHits(segments, { c, s, x, y }, angles) {
 // Whether a robot can have driven so, with a scan each `seconds`; a link may tell anything.
 export function isDriven(poses, seconds) {
   return poses.slice(1).every(([x, y, theta], k) => {
-    const [before, beside, was] = poses[k];
-    const isNear = Math.hypot(x - before, y - beside) < 1.1 * SPEED * seconds;
-    return isNear && Math.abs(theta - was) < 1.1 * TURN * seconds;
+    const [x0, y0, theta0] = poses[k];
+    const isNear = Math.hypot(x - x0, y - y0) < 1.1 * MAX_SPEED_M_S * seconds;
+    return isNear && Math.abs(theta - theta0) < 1.1 * MAX_TURN_RAD_S * seconds;
   });
 }
 
@@ -78,9 +78,10 @@ export class Robot {
 
   // Go on for `dt` seconds; `ahead` and `left` in [-1, 1] are what the driver wants.
   move(dt, { ahead, left }, segments) {
-    const toward = (now, wanted, most) => now + Math.max(-most, Math.min(most, wanted - now));
-    this.speed = toward(this.speed, SPEED * ahead, HASTE * dt);
-    this.turning = toward(this.turning, TURN * left, 3 * HASTE * dt);
+    const toward = (now, target, maxStep) =>
+      now + Math.max(-maxStep, Math.min(maxStep, target - now));
+    this.speed = toward(this.speed, MAX_SPEED_M_S * ahead, ACCELERATION_M_S2 * dt);
+    this.turning = toward(this.turning, MAX_TURN_RAD_S * left, 3 * ACCELERATION_M_S2 * dt);
     const [x0, y0, theta0] = this.pose;
     const theta = theta0 + this.turning * dt;
     const length = this.speed * dt;
@@ -105,9 +106,9 @@ function offWalls(x, y, segments) {
     const outX = x - ax - along * dx;
     const outY = y - ay - along * dy;
     const distance = Math.hypot(outX, outY);
-    if (distance > 0 && distance < RADIUS) {
-      x += outX * (RADIUS / distance - 1);
-      y += outY * (RADIUS / distance - 1);
+    if (distance > 0 && distance < ROBOT_RADIUS_M) {
+      x += outX * (ROBOT_RADIUS_M / distance - 1);
+      y += outY * (ROBOT_RADIUS_M / distance - 1);
     }
   }
   return [x, y];

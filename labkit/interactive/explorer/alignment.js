@@ -50,7 +50,7 @@ export function turnAbout([x, y], theta, dx, dy) {
 function spread(points, w, x, y) {
   let squares = 0;
   let total = 0;
-  let far = 0;
+  let maxCoordinate = 0;
   let arm = 0;
   for (let i = 0; i < w.length; i++) {
     if (!(w[i] > 0)) continue;
@@ -58,9 +58,11 @@ function spread(points, w, x, y) {
     const dy = points[2 * i + 1] - y;
     squares += w[i] * (dx * dx + dy * dy);
     total += w[i];
-    far = Math.max(far, Math.abs(points[2 * i]), Math.abs(points[2 * i + 1]));
+    maxCoordinate = Math.max(maxCoordinate, Math.abs(points[2 * i]), Math.abs(points[2 * i + 1]));
     arm = Math.max(arm, Math.abs(dx), Math.abs(dy));
   }
-  const found = Math.sqrt(squares / total);
-  return found > Math.max(64 * Number.EPSILON * far, RELATIVE_RESOLUTION * arm) ? found : 0;
+  const length = Math.sqrt(squares / total);
+  return length > Math.max(64 * Number.EPSILON * maxCoordinate, RELATIVE_RESOLUTION * arm)
+    ? length
+    : 0;
 }

@@ -7,18 +7,18 @@ import { icp } from "./icp.js";
 import { failed } from "./result.js";
 import { DEGREE, poseDifference, toXYTheta, transform } from "./se2.js";
 
-const OUTCOMES = ["finds the answer", "ends elsewhere", "gets no estimate"];
-const FOUND = [0.1, 2 * DEGREE]; // m and rad from the answer
-const SIZE = 15;
-const REACHES = [0.5, 1, 2];
-const SLICE = 12; // ms of work, then the page is awake again
-const BEAT = 60; // ms that an iteration of the swarm takes
+const OUTCOME_WORDS = ["finds the answer", "ends elsewhere", "gets no estimate"];
+const FOUND_WITHIN_M_RAD = [0.1, 2 * DEGREE]; // m and rad from the answer
+const GRID_SIDE_COUNT = 15;
+const REACHES_M = [0.5, 1, 2];
+const WORK_SLICE_MS = 12; // ms of work, then the page is awake again
+const SWARM_STEP_MS = 60; // ms that an iteration of the swarm takes
 
-// What becomes of one guess, an index into OUTCOMES.
+// What becomes of one guess, an index into OUTCOME_WORDS.
 export function outcomeOf(result, answer) {
   if (failed(result.termination)) return 2;
   const [distance, angle] = poseDifference(answer, result.T_target_source);
-  return distance <= FOUND[0] && angle <= FOUND[1] ? 0 : 1;
+  return distance <= FOUND_WITHIN_M_RAD[0] && angle <= FOUND_WITHIN_M_RAD[1] ? 0 : 1;
 }
 
 // The part of the explorer that computes it. `job` gives {source, target, parameters, answer,
@@ -36,7 +36,7 @@ export class Basin {
     const reach = choice({
       name: "reach",
       label: "up to",
-      options: REACHES.map((each) => [each, `${each} m`]),
+      options: REACHES_M.map((metres) => [metres, `${metres} m`]),
       onValue: (value) => {
         this.reach = Number(value);
         return this.forget();
@@ -76,13 +76,15 @@ export class Basin {
   // The words for how things stand, written only where they change: a screen reader speaks them.
   tell() {
     const { complete, stale, outcomes, job } = this.run ?? {};
-    let said = "";
-    if (stale) said = "Parameters, heading or scene have changed since.";
+    let message = "";
+    if (stale) message = "Parameters, heading or scene have changed since.";
     else if (complete) {
-      const found = outcomes.filter((each) => each === 0).length;
-      said = `${found} of ${outcomes.length} guesses end within ${FOUND[0]} m of the ${job.from}.`;
+      const foundCount = outcomes.filter((outcome) => outcome === 0).length;
+      const [metres] = FOUND_WITHIN_M_RAD;
+      const share = `${foundCount} of ${outcomes.length}`;
+      message = `${share} guesses end within ${metres} m of the ${job.from}.`;
     }
-    if (this.status.textContent !== said) this.status.textContent = said;
+    if (this.status.textContent !== message) this.status.textContent = message;
     this.start.textContent = this.running()
       ? "Stop"
       : this.run
@@ -98,12 +100,12 @@ export class Basin {
     }
     const job = this.job();
     const theta = toXYTheta(job.guess)[2];
-    const step = (2 * this.reach) / (SIZE - 1);
+    const step = (2 * this.reach) / (GRID_SIDE_COUNT - 1);
     const run = {
       job,
       key: job.key,
       step,
-      outcomes: new Uint8Array(SIZE * SIZE),
+      outcomes: new Uint8Array(GRID_SIDE_COUNT * GRID_SIDE_COUNT),
       paths: [],
       done: 0,
       at: 0,
@@ -111,12 +113,12 @@ export class Basin {
     this.run = run;
     this.tell();
     while (run.done < run.outcomes.length) {
-      const until = performance.now() + SLICE;
+      const until = performance.now() + WORK_SLICE_MS;
       do {
         const [x, y] = placeOf(run, run.done);
         const start = transform(x, y, theta);
         const result = icp(job.source, job.target, start, job.parameters);
-        run.paths.push(result.history.map((each) => each.T_target_source));
+        run.paths.push(result.history.map((iteration) => iteration.T_target_source));
         run.outcomes[run.done++] = outcomeOf(result, job.answer);
       } while (run.done < run.outcomes.length && performance.now() < until);
       this.changed();
@@ -132,7 +134,7 @@ export class Basin {
         run.at = Math.floor(at);
         return this.changed();
       },
-      { pace: BEAT },
+      { pace: SWARM_STEP_MS },
     );
   }
 
@@ -140,13 +142,13 @@ export class Basin {
   of(x, y) {
     if (!this.completed()) return "";
     const { job, step, outcomes } = this.run;
-    const half = (SIZE - 1) / 2;
+    const half = (GRID_SIDE_COUNT - 1) / 2;
     const [column, row] = [x - job.answer.x, y - job.answer.y].map(
-      (each) => Math.round(each / step) + half,
+      (distance) => Math.round(distance / step) + half,
     );
-    return Math.min(column, row) < 0 || Math.max(column, row) >= SIZE
+    return Math.min(column, row) < 0 || Math.max(column, row) >= GRID_SIDE_COUNT
       ? ""
-      : OUTCOMES[outcomes[row * SIZE + column]];
+      : OUTCOME_WORDS[outcomes[row * GRID_SIDE_COUNT + column]];
   }
 
   // The swarm; and where a run has ended, its start: a tile for the answer, one with a cross for
@@ -189,6 +191,9 @@ export class Basin {
 
 // Where the k-th guess stands: rows along y, columns along x, around the answer.
 function placeOf({ job: { answer }, step }, k) {
-  const half = (SIZE - 1) / 2;
-  return [answer.x + ((k % SIZE) - half) * step, answer.y + (Math.floor(k / SIZE) - half) * step];
+  const half = (GRID_SIDE_COUNT - 1) / 2;
+  return [
+    answer.x + ((k % GRID_SIDE_COUNT) - half) * step,
+    answer.y + (Math.floor(k / GRID_SIDE_COUNT) - half) * step,
+  ];
 }

@@ -4,7 +4,7 @@ import { legendOf } from "../marks.js";
 import { outcomeOf } from "./basin.js";
 import { palette, tween } from "./canvas.js";
 import { button, element, part } from "./controls.js";
-import { TRAIL, drawCost } from "./cost.js";
+import { MAX_TRAIL_COUNT, drawCost } from "./cost.js";
 import { pairsAt } from "./correspondences.js";
 import { icp } from "./icp.js";
 import { Plane } from "./plane.js";
@@ -13,8 +13,8 @@ import { unpacked } from "./scene.js";
 import { DEGREE, apply, between, poseDifference, toXYTheta, transform } from "./se2.js";
 import { View } from "./view.js";
 
-const CLOSE = [0.35, 6 * DEGREE]; // from which the answer is close: m, rad
-const BY_TOUCH = "Drag the newer scan, blue, onto the older one; turn it by its knob.";
+const NEAR_ANSWER_M_RAD = [0.35, 6 * DEGREE]; // from which the answer is close: m, rad
+const TOUCH_HINT = "Drag the newer scan, blue, onto the older one; turn it by its knob.";
 // What the marks mean, for stages that are on.
 const legendEntries = ({ huber_delta, overlap_ratio, max_correspondence_distance }) => {
   const percent = Math.round(100 * (1 - overlap_ratio));
@@ -27,8 +27,8 @@ const legendEntries = ({ huber_delta, overlap_ratio, max_correspondence_distance
   ];
   return entries.filter(([, , isOn]) => isOn);
 };
-const FEWER = 0.004; // share of the number from which it is warmer or colder
-const BY_KEYS =
+const MIN_CHANGE_SHARE = 0.004; // share of the number from which it is warmer or colder
+const HAND_KEYS_HINT =
   "Arrow keys move it by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
 
 export class HandView extends View {
@@ -81,7 +81,7 @@ export class HandView extends View {
 
   build() {
     this.plane = new Plane({
-      label: `Map of both scans. ${BY_KEYS}`,
+      label: `Map of both scans. ${HAND_KEYS_HINT}`,
       signal: this.signal,
       pose: () => this.pose(),
       onPose: ({ x, y, theta }) => this.move([...this.plane.onMap(x, y), theta]),
@@ -102,7 +102,7 @@ export class HandView extends View {
       this.distance,
       " is a typical distance from a point to the nearest one",
     );
-    const help = element("p", { class: "icp-status icp-keys" }, BY_KEYS);
+    const help = element("p", { class: "icp-status icp-keys" }, HAND_KEYS_HINT);
     const legend = legendOf(legendEntries(this.model.get("first_parameters")));
     const side = part(
       "right",
@@ -132,7 +132,7 @@ export class HandView extends View {
     Object.assign(this, unpacked(scene));
     this.parameters = this.model.get("first_parameters");
     this.trail = [];
-    this.hint = scene.hint ?? BY_TOUCH;
+    this.hint = scene.hint ?? TOUCH_HINT;
     this.plane.frame(
       Float64Array.of(
         0,
@@ -162,7 +162,7 @@ export class HandView extends View {
     this.stop();
     const { x, y, theta } = this.pose();
     this.ended = icp(this.source, this.target, transform(x, y, theta), this.parameters);
-    this.path = this.ended.history.map((each) => each.T_target_source);
+    this.path = this.ended.history.map((iteration) => iteration.T_target_source);
     this.shown = 0;
     this.request();
     this.playing = tween(this.path.length - 1, (at) => {
@@ -193,11 +193,11 @@ export class HandView extends View {
       (cost * pairs.kept.length) /
         Math.max(
           1,
-          pairs.kept.reduce((sum, each) => sum + each, 0),
+          pairs.kept.reduce((sum, isKept) => sum + isKept, 0),
         ),
     );
     if (misfit !== this.trail.at(-1) && !this.ghost)
-      this.trail = [...this.trail, misfit].slice(-TRAIL);
+      this.trail = [...this.trail, misfit].slice(-MAX_TRAIL_COUNT);
     this.distance.textContent = `${misfit.toFixed(3)} m`;
     this.judge(T);
     const colors = palette(this.root);
@@ -229,30 +229,30 @@ export class HandView extends View {
       this.ended ?? { T_target_source: T, termination: "CONVERGED_POSE" },
       this.known,
     );
-    const off = poseDifference(this.known, T);
-    const far = off[0] < 0.1 ? sayDifference(off) : `${off[0].toFixed(2)} m`;
+    const error = poseDifference(this.known, T);
+    const errorText = error[0] < 0.1 ? sayDifference(error) : `${error[0].toFixed(2)} m`;
     const [x, y, theta] = toXYTheta(T);
     const turn = (Math.abs(theta) / DEGREE).toFixed(1);
-    const [before, now] = [this.trail.at(-4) ?? this.trail[0], this.trail.at(-1)];
-    const change = now / before - 1;
-    let said = this.ended ? "" : this.trail.length < 2 ? this.hint : this.verdict.textContent;
-    if (!this.ended && this.trail.length > 1 && Math.abs(change) > FEWER)
-      said = change < 0 ? "Warmer." : "Colder.";
-    if (!this.ended && off[0] < CLOSE[0] && off[1] < CLOSE[1])
-      said = `Near: ${far} to go. ICP can finish.`;
+    const [misfitBefore, misfitNow] = [this.trail.at(-4) ?? this.trail[0], this.trail.at(-1)];
+    const change = misfitNow / misfitBefore - 1;
+    let verdict = this.ended ? "" : this.trail.length < 2 ? this.hint : this.verdict.textContent;
+    if (!this.ended && this.trail.length > 1 && Math.abs(change) > MIN_CHANGE_SHARE)
+      verdict = change < 0 ? "Warmer." : "Colder.";
+    if (!this.ended && error[0] < NEAR_ANSWER_M_RAD[0] && error[1] < NEAR_ANSWER_M_RAD[1])
+      verdict = `Near: ${errorText} to go. ICP can finish.`;
     const moved = Math.hypot(x, y).toFixed(2);
-    const found = by === "you" ? "Found by hand" : "Found";
+    const foundWords = by === "you" ? "Found by hand" : "Found";
     const ended = outcome === 2 ? "ICP gives up" : "Stuck";
     if (!running && outcome === 0)
-      said = `${found}: the robot moved ${moved} m and turned ${turn}°.`;
+      verdict = `${foundWords}: the robot moved ${moved} m and turned ${turn}°.`;
     else if (!running && this.ended)
-      said = `${ended}: ${far} from where the robot was. Drag the scan nearer, and try again.`;
+      verdict = `${ended}: ${errorText} from where the robot was. Drag it nearer, and try again.`;
     const isFound = !running && outcome === 0;
     if (isFound && !this.root.matches(".icp-found"))
       this.root.dispatchEvent(new Event("icp-found", { bubbles: true }));
     this.root.classList.toggle("icp-found", isFound);
-    if (said === this.verdict.textContent) return;
-    this.verdict.textContent = said;
-    if (said && said !== this.hint) this.spoken.textContent = said;
+    if (verdict === this.verdict.textContent) return;
+    this.verdict.textContent = verdict;
+    if (verdict && verdict !== this.hint) this.spoken.textContent = verdict;
   }
 }

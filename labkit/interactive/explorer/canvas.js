@@ -1,6 +1,6 @@
 // Canvases that are as sharp as the screen, in colours from the style sheet, light or dark.
 
-const NAMES = [
+const COLOR_NAMES = [
   "ink",
   "soft",
   "grid",
@@ -20,7 +20,7 @@ const NAMES = [
 export function palette(root) {
   const style = getComputedStyle(root);
   return Object.fromEntries(
-    NAMES.map((name) => [name, style.getPropertyValue(`--icp-${name}`).trim()]),
+    COLOR_NAMES.map((name) => [name, style.getPropertyValue(`--icp-${name}`).trim()]),
   );
 }
 
@@ -122,14 +122,14 @@ export function plus(context, u, v) {
 
 // Call `show` with how many of `count` steps are over, `pace` milliseconds each, frame by frame:
 // with whole numbers and the last one alone where the reader wants no motion.
-export function tween(count, show, { pace = 100, first = 0 } = {}) {
-  if (matchMedia("(prefers-reduced-motion: reduce)").matches || count <= first) {
+export function tween(count, show, { pace = 100, start = 0 } = {}) {
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches || count <= start) {
     show(count);
     return { stop() {} };
   }
   let begun = null;
   let frame = requestAnimationFrame(function go(now) {
-    const at = Math.min(count, first + (now - (begun ??= now)) / pace);
+    const at = Math.min(count, start + (now - (begun ??= now)) / pace);
     frame = at < count ? requestAnimationFrame(go) : null;
     show(at);
   });

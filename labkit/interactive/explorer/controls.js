@@ -10,10 +10,10 @@ const VALUE_TOLERANCE = 1e-9; // of a value that went through a link
 // Ids are the whole page's, but JupyterLab loads this module anew for each widget: a count alone
 // would give two widgets the same ids, and a label of the second would belong to the first.
 const loaded = Math.random().toString(36).slice(2);
-let made = 0;
+let idCount = 0;
 
 function freshId(name) {
-  return `icp-${name}-${loaded}-${++made}`;
+  return `icp-${name}-${loaded}-${++idCount}`;
 }
 
 export function element(tag, attributes = {}, ...children) {
@@ -48,13 +48,13 @@ export function slider({ name, label, title = null, values, read, onValue }) {
   const set = (value) => {
     const index = value === null ? values.indexOf(null) : nearestIndex(values, value);
     if (input.valueAsNumber !== index) input.value = index;
-    const text = read(value);
-    if (text === output.textContent) return;
-    output.textContent = text;
-    input.setAttribute("aria-valuetext", text);
+    const valueText = read(value);
+    if (valueText === output.textContent) return;
+    output.textContent = valueText;
+    input.setAttribute("aria-valuetext", valueText);
   };
-  const resize = (others) => {
-    values = others;
+  const resize = (newValues) => {
+    values = newValues;
     input.max = values.length - 1;
   };
   const node = element(
@@ -68,22 +68,28 @@ export function slider({ name, label, title = null, values, read, onValue }) {
 }
 
 // The index of the value that is nearest to the one wanted; that of null is none's.
-export function nearestIndex(values, wanted) {
-  const apart = (value) => Math.abs((value ?? Infinity) - wanted);
-  return values.reduce((best, value, i) => (apart(value) < apart(values[best]) ? i : best), 0);
+export function nearestIndex(values, target) {
+  const apart = (value) => Math.abs((value ?? Infinity) - target);
+  return values.reduce(
+    (nearest, value, i) => (apart(value) < apart(values[nearest]) ? i : nearest),
+    0,
+  );
 }
 
 // Whether a control can be set to a value; that of a slider may have lost its last digits.
 export function isValueOf({ kind, values }, value) {
   if (kind === "checkbox") return typeof value === "boolean";
-  const isNear = (other) => Number.isFinite(other) && Math.abs(other - value) < VALUE_TOLERANCE;
-  return values.some((other) => other === value || (value !== null && isNear(other)));
+  const isNear = (usualValue) =>
+    Number.isFinite(usualValue) && Math.abs(usualValue - value) < VALUE_TOLERANCE;
+  return values.some(
+    (usualValue) => usualValue === value || (value !== null && isNear(usualValue)),
+  );
 }
 
 // Numbers from `first` to `last` in equal steps, without the dust of adding them up.
-export function steps(first, last, step) {
-  const count = Math.round((last - first) / step);
-  return Array.from({ length: count + 1 }, (_, i) => Number((first + i * step).toFixed(6)));
+export function steps(start, stop, step) {
+  const count = Math.round((stop - start) / step);
+  return Array.from({ length: count + 1 }, (_, i) => Number((start + i * step).toFixed(6)));
 }
 
 export function choice({ name, label, title = null, options, onValue }) {
@@ -152,7 +158,7 @@ export function parameterControls({ scenes, onScene, onValue, values = {} }) {
       choice({ ...control, options: names.map((name) => [name, name.replaceAll("_", " ")]) }),
     checkbox,
   };
-  const made = CONTROLS.map(({ kind, help, ...control }) => {
+  const controls = CONTROLS.map(({ kind, help, ...control }) => {
     const { name } = control;
     const own = { title: help, onValue: onValue(name), values: values[name] ?? control.values };
     return [name, makers[kind]({ ...control, ...own })];
@@ -160,11 +166,11 @@ export function parameterControls({ scenes, onScene, onValue, values = {} }) {
   const options = scenes.map((name) => [name, name]);
   return {
     scene: choice({ name: "scene", label: "scans", onValue: onScene, options }),
-    ...Object.fromEntries(made),
+    ...Object.fromEntries(controls),
   };
 }
 
-const GUESS = [
+const GUESS_SLIDERS = [
   { name: "x", unit: "m", factor: 1, usual: steps(-3, 3, 0.05) },
   { name: "y", unit: "m", factor: 1, usual: steps(-3, 3, 0.05) },
   { name: "turn", unit: "°", factor: 180 / Math.PI, usual: steps(-180, 180, 1) },
@@ -174,20 +180,24 @@ const GUESS = [
 // none.
 export function guessSliders({ values, guess, move }) {
   const nodes = {};
-  const all = GUESS.map(({ name, unit, factor, usual }, k) => {
+  const all = GUESS_SLIDERS.map(({ name, unit, factor, usual }, k) => {
     if (values && !(name in values)) return { set() {} };
-    const onValue = (value) => move(guess().map((old, i) => (i === k ? value / factor : old)));
+    const onValue = (value) =>
+      move(guess().map((coordinate, i) => (i === k ? value / factor : coordinate)));
     const read = (value) =>
       unit === "°" ? `${fixed(value, value % 1 ? 1 : 0)}°` : `${digits(value)} ${unit}`;
-    const made = slider({
+    const control = slider({
       name,
       label: `guess ${name}`,
       values: values?.[name] ?? usual,
       read,
       onValue,
     });
-    nodes[name] = made.node;
-    return made;
+    nodes[name] = control.node;
+    return control;
   });
-  return { ...nodes, set: (row) => all.forEach(({ set }, k) => set(row[k] * GUESS[k].factor)) };
+  return {
+    ...nodes,
+    set: (row) => all.forEach(({ set }, k) => set(row[k] * GUESS_SLIDERS[k].factor)),
+  };
 }

@@ -57,11 +57,11 @@ export function overlap(distances, ratio) {
   const count = overlapCount(distances.length, ratio);
   const largest = Float64Array.from(distances).sort()[count - 1];
   const kept = Uint8Array.from(distances, (d) => d < largest);
-  let left = count - total(kept);
-  for (let i = 0; left > 0; i++)
+  let openCount = count - total(kept);
+  for (let i = 0; openCount > 0; i++)
     if (distances[i] === largest) {
       kept[i] = 1;
-      left--;
+      openCount--;
     }
   return kept;
 }
@@ -103,9 +103,9 @@ export function inlierCount(pairs) {
   return total(pairs.kept);
 }
 
-export const FATES = ["gated", "trimmed", "no line", "down-weighted", "kept"];
+export const PAIR_FATES = ["gated", "trimmed", "no line", "down-weighted", "kept"];
 
-// The fate of each pair, an index into FATES: the first stage that rejected it.
+// The fate of each pair, an index into PAIR_FATES: the first stage that rejected it.
 export const fates = (pairs) =>
   pairs.distances.map((_, i) => {
     if (!pairs.withinGate[i]) return 0;

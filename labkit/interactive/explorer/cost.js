@@ -2,50 +2,60 @@
 
 import { disc, freshContext, rule } from "./canvas.js";
 
-export const TRAIL = 150; // numbers that a curve remembers of what was done by hand
-const RIGHT = 12;
-const TOP = 24;
-const BOTTOM = 22;
-const INSIDE = 9; // px; so much lie the curves within the frame
+export const MAX_TRAIL_COUNT = 150; // numbers that a curve remembers of what was done by hand
+const RIGHT_PX = 12;
+const TOP_PX = 24;
+const BOTTOM_PX = 22;
+const PADDING_PX = 9; // px; so much lie the curves within the frame
 
 // The costs on a log scale, with a ring at the one that is shown. More than one series are two
-// methods'; `last` is the number at the right end.
+// methods'; `lastIndex` is that of the right end.
 export function drawCost(
   canvas,
-  { series, shown, colors, last = series[0].length - 1, title = "cost J [m²] over the iterations" },
+  {
+    series,
+    shown,
+    colors,
+    lastIndex = series[0].length - 1,
+    title = "cost J [m²] over the iterations",
+  },
 ) {
   const fresh = freshContext(canvas, (width) => Math.min(130, 0.42 * width));
   if (!fresh) return;
   const { context, width, height } = fresh;
   const positive = series
     .flat()
-    .filter((each) => each > 0)
+    .filter((number) => number > 0)
     .map(Math.log10);
   let low = Math.min(...positive);
   let high = Math.max(...positive);
   if (!positive.length) [low, high] = [-1, 0];
   if (high - low < 0.3) [low, high] = [(low + high) / 2 - 0.15, (low + high) / 2 + 0.15];
-  const room = Math.max(2, Math.floor((height - TOP - BOTTOM) / (1.6 * parseFloat(context.font))));
+  const room = Math.max(
+    2,
+    Math.floor((height - TOP_PX - BOTTOM_PX) / (1.6 * parseFloat(context.font))),
+  );
   const ticks = logTicks(low, high, room);
   const name = nameFor(ticks);
   const left = 10 + Math.max(...ticks.map((tick) => context.measureText(name(tick)).width));
-  const u = (k) => left + INSIDE + (k / Math.max(1, last)) * (width - left - RIGHT - 2 * INSIDE);
+  const u = (k) =>
+    left + PADDING_PX + (k / Math.max(1, lastIndex)) * (width - left - RIGHT_PX - 2 * PADDING_PX);
   const v = (cost) => {
     const share = cost > 0 ? (Math.log10(cost) - low) / (high - low) : 0;
-    return height - BOTTOM - INSIDE - share * (height - TOP - BOTTOM - 2 * INSIDE);
+    return height - BOTTOM_PX - PADDING_PX - share * (height - TOP_PX - BOTTOM_PX - 2 * PADDING_PX);
   };
 
-  rule(context, left, height - BOTTOM, width - RIGHT, height - BOTTOM, colors.soft);
-  rule(context, left, TOP, left, height - BOTTOM, colors.soft);
+  rule(context, left, height - BOTTOM_PX, width - RIGHT_PX, height - BOTTOM_PX, colors.soft);
+  rule(context, left, TOP_PX, left, height - BOTTOM_PX, colors.soft);
   context.fillStyle = colors.soft;
   context.textAlign = "right";
   for (const tick of ticks) {
     context.fillText(name(tick), left - 5, v(tick) + 4);
-    rule(context, left, v(tick), width - RIGHT, v(tick), colors.grid);
+    rule(context, left, v(tick), width - RIGHT_PX, v(tick), colors.grid);
   }
   context.textAlign = "center";
-  const step = [1, 2, 5, 10, 20, 50].find((each) => last / each <= 7) ?? 100;
-  for (let k = 0; k <= last; k += step) context.fillText(k, u(k), height - BOTTOM + 15);
+  const step = [1, 2, 5, 10, 20, 50].find((count) => lastIndex / count <= 7) ?? 100;
+  for (let k = 0; k <= lastIndex; k += step) context.fillText(k, u(k), height - BOTTOM_PX + 15);
   context.textAlign = "left";
   context.textBaseline = "top";
   context.fillText(title, 3, 2, width - 6);
@@ -79,7 +89,7 @@ function logTicks(low, high, room) {
       }
     if (ticks.length > 1) return ticks.filter((_, i) => i % Math.ceil(ticks.length / room) === 0);
   }
-  return [low, high].map((each) => Number((10 ** each).toPrecision(2)));
+  return [low, high].map((power) => Number((10 ** power).toPrecision(2)));
 }
 
 // One way to write all ticks.

@@ -13,7 +13,7 @@ export function observability(pairs, target) {
   const weights = pairs.weights.map((w, i) => (Number.isFinite(normals[2 * i]) ? w : 0));
   return lineInformation(
     pairs.source,
-    normals.map((each) => each || 0),
+    normals.map((coordinate) => coordinate || 0),
     weights,
   );
 }

@@ -34,14 +34,15 @@ import {
 } from "./state.js";
 import { View, widgetOf } from "./view.js";
 
-const PLAY = 350;
-const LONGEST = 6000; // ms that an iteration takes, and a run
-const MOVE = 100; // ms of an iteration in which the scan moves
-const REST = 120; // ms after which the browser keeps the state
-const KEYS =
+const PLAY_STEP_MS = 350;
+const MAX_RUN_MS = 6000; // ms that an iteration takes, and a run
+const MOTION_MS = 100; // ms of an iteration in which the scan moves
+const SAVE_DELAY_MS = 120; // ms after which the browser keeps the state
+const EXPLORER_KEYS_HINT =
   "Arrow keys move the guess by 5 cm, Page Up and Page Down turn it by 1°; with Shift finer.";
-const HINT = "Drag the scan, or its knob to turn it.";
-const BET = "Where will the run end? Click on the map, or move the flag by arrow keys; then play.";
+const DRAG_HINT = "Drag the scan, or its knob to turn it.";
+const BET_HINT =
+  "Where will the run end? Click on the map, or move the flag by arrow keys; then play.";
 
 class ExplorerView extends View {
   constructor(model, signal) {
@@ -52,8 +53,8 @@ class ExplorerView extends View {
     this.follow([...PARAMETERS, "guess"]);
     this.follow(["scene"], () => this.enter());
     const linked = !this.compact && stateFromAddress(this.names());
-    const given = linked || (!this.compact && keptState(this.names()));
-    if (given) this.set(given.values);
+    const givenState = linked || (!this.compact && keptState(this.names()));
+    if (givenState) this.set(givenState.values);
     this.enter();
     if (!linked) return;
     this.shown = linked.shown;
@@ -81,7 +82,7 @@ class ExplorerView extends View {
     const move = this.compact ? place : (guess) => this.move(guess);
     this.guess = guessSliders({ values, guess: () => this.model.get("guess"), move });
     this.plane = new Plane({
-      label: `Map of both scans. ${KEYS}`,
+      label: `Map of both scans. ${EXPLORER_KEYS_HINT}`,
       signal: this.signal,
       pose: () => this.pose(),
       onPose: ({ x, y, theta }) => this.move([x, y, theta]),
@@ -124,11 +125,11 @@ class ExplorerView extends View {
       toggle(text, title, () => this.setMode(this.plane.mode === name ? "move" : name));
     this.modes = {
       pan: mode("pan", "Pan", "Drag the view, not the scan"),
-      bet: mode("bet", "Bet", BET),
+      bet: mode("bet", "Bet", BET_HINT),
     };
     const reset = button("Reset", "Guess, parameters and view as at first", () => this.reset());
     const copy = button("Copy state", "Copy a link to what is shown", () =>
-      copyState(this.model, this.number()).then((said) => (this.said.textContent = said)),
+      copyState(this.model, this.number()).then((message) => (this.said.textContent = message)),
     );
     const shown = Object.keys(this.model.get("sliders") ?? sliders);
     const { set, ...guess } = this.guess;
@@ -171,12 +172,12 @@ class ExplorerView extends View {
   set(values) {
     for (const [name, value] of Object.entries(values)) this.model.set(name, value);
     clearTimeout(this.keeping);
-    if (!this.compact) this.keeping = setTimeout(() => keepState(this.model), REST);
+    if (!this.compact) this.keeping = setTimeout(() => keepState(this.model), SAVE_DELAY_MS);
     this.sync();
   }
 
   choose(name) {
-    const { guess } = this.model.get("scene_data").find((each) => each.name === name);
+    const { guess } = this.model.get("scene_data").find((scene) => scene.name === name);
     this.set({ scene: name, guess });
   }
 
@@ -195,8 +196,8 @@ class ExplorerView extends View {
 
   reset() {
     storeBet(this.scene, null);
-    const first = this.model.get("first_parameters");
-    this.set(Object.fromEntries(PARAMETERS.map((name) => [name, first[name]])));
+    const firstParameters = this.model.get("first_parameters");
+    this.set(Object.fromEntries(PARAMETERS.map((name) => [name, firstParameters[name]])));
     this.choose(this.model.get("scene"));
     this.enter();
   }
@@ -208,7 +209,7 @@ class ExplorerView extends View {
       if (!this.plane.bet) this.bet(this.model.get("guess").slice(0, 2));
       this.plane.canvas.focus({ preventScroll: true });
     }
-    this.said.textContent = { move: HINT, pan: "Drag the view.", bet: BET }[name];
+    this.said.textContent = { move: DRAG_HINT, pan: "Drag the view.", bet: BET_HINT }[name];
     this.request();
   }
 
@@ -223,29 +224,29 @@ class ExplorerView extends View {
   }
 
   // Go on to an iteration, each in a short motion.
-  walk(end, pace = MOVE) {
+  walk(target, pace = MOTION_MS) {
     this.stop();
     this.setMode("move");
-    const first = this.number();
-    this.shown = first;
+    const start = this.number();
+    this.shown = start;
     this.playing = tween(
-      end,
+      target,
       (at) => {
-        if (at >= end) return this.show(end);
+        if (at >= target) return this.show(target);
         this.shown = Math.floor(at);
-        this.part = Math.min(1, ((at - this.shown) * pace) / MOVE);
+        this.part = Math.min(1, ((at - this.shown) * pace) / MOTION_MS);
         this.request();
       },
-      { pace, first },
+      { pace, start },
     );
-    if (this.shown !== null && this.shown < end) this.play.textContent = "Pause";
+    if (this.shown !== null && this.shown < target) this.play.textContent = "Pause";
     else this.playing = null;
   }
 
   togglePlay() {
     if (this.playing) return this.stop();
     if (this.number() >= this.last()) this.shown = 0;
-    this.walk(this.last(), Math.min(PLAY, LONGEST / this.last()));
+    this.walk(this.last(), Math.min(PLAY_STEP_MS, MAX_RUN_MS / this.last()));
   }
 
   stop() {
@@ -316,15 +317,15 @@ class ExplorerView extends View {
 
   enter() {
     const name = this.model.get("scene");
-    this.scene = this.model.get("scene_data").find((each) => each.name === name);
+    this.scene = this.model.get("scene_data").find((scene) => scene.name === name);
     Object.assign(this, unpacked(this.scene));
-    const [there, here] = [this.known, transform(...this.scene.guess)].map((T) =>
+    const [atAnswer, atGuess] = [this.known, transform(...this.scene.guess)].map((T) =>
       T ? apply(T, this.source) : [],
     );
     this.stop();
     this.plane.bet = this.compact ? null : storedBet(this.scene);
     this.setMode("move");
-    this.plane.frame(Float64Array.of(0, 0, ...this.target.points, ...there, ...here));
+    this.plane.frame(Float64Array.of(0, 0, ...this.target.points, ...atAnswer, ...atGuess));
     // Else it is watched
     const isRun = this.compact && Object.keys(this.model.get("sliders") ?? PARAMETERS).length;
     this.shown = isRun ? null : 0;
@@ -363,7 +364,7 @@ class ExplorerView extends View {
     this.farther.disabled = this.plane.zoom === 1;
     this.start.disabled = this.number() === 0;
     this.step.disabled = this.end.disabled = this.number() === this.last();
-    for (const [name, each] of Object.entries(this.modes)) each.set(this.plane.mode === name);
+    for (const [name, button] of Object.entries(this.modes)) button.set(this.plane.mode === name);
     this.draw();
   }
 
@@ -372,7 +373,7 @@ class ExplorerView extends View {
     const k = this.number();
     const { history } = this.result;
     const parameters = this.parameters();
-    const path = history.slice(0, k + 1).map((each) => each.T_target_source);
+    const path = history.slice(0, k + 1).map((iteration) => iteration.T_target_source);
     let { pairs } = history[k];
     let T = path[k];
     if (this.part && k < this.last()) {
@@ -402,12 +403,14 @@ class ExplorerView extends View {
       ...this.reference(),
     });
     if (this.compact) return;
-    const costs = history.slice(0, this.isTold() ? undefined : k + 1).map((each) => each.cost);
-    drawCost(this.cost, { series: [costs], shown: k, last: this.last(), colors });
-    const [first, end] = [costs[0], costs.at(-1)].map((each) => each.toPrecision(3));
+    const costs = history
+      .slice(0, this.isTold() ? undefined : k + 1)
+      .map((iteration) => iteration.cost);
+    drawCost(this.cost, { series: [costs], shown: k, lastIndex: this.last(), colors });
+    const [firstCost, lastCost] = [costs[0], costs.at(-1)].map((cost) => cost.toPrecision(3));
     this.cost.setAttribute(
       "aria-label",
-      `Cost over ${costs.length - 1} iterations: from ${first} to ${end} m²`,
+      `Cost over ${costs.length - 1} iterations: from ${firstCost} to ${lastCost} m²`,
     );
     const fate = k === 0 && this.basin.of(x, y);
     if (fate) this.said.textContent = `A run from this guess ${fate}.`;

@@ -3,7 +3,7 @@
 import { fixed } from "./controls.js";
 
 // Px from what can be dragged within which a finger grasps it; elsewhere it scrolls
-export const NEAR = 24;
+export const TOUCH_REACH_PX = 24;
 
 export class Frame {
   // Its middle shows the place `center` [x, y]; a metre takes `scale` of its pixels.
@@ -26,7 +26,7 @@ export class Frame {
   }
 
   drawGrid(context, colors) {
-    const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20].find((each) => each * this.scale >= 55) ?? 50;
+    const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20].find((metres) => metres * this.scale >= 55) ?? 50;
     const digits = step < 1 ? 1 : 0;
     context.strokeStyle = colors.grid;
     context.fillStyle = colors.soft;

@@ -69,7 +69,7 @@ export function shorten(dT, { source, weights }, fraction) {
 
 // (H) Why to stop, by the last step, the pairs, the cost and the budget; null to go on.
 export function check(poses, history, pairs, stage, parameters) {
-  const [before, now] = history.slice(-2);
+  const [previous, current] = history.slice(-2);
   if (stage.mayConverge) {
     // both parts: a scan that turns about its own center has Δt ≈ 0
     const [moved, turned] = stepLength(...poses.slice(-2));
@@ -80,7 +80,7 @@ export function check(poses, history, pairs, stage, parameters) {
     const matched = pairs.withinGate.filter((inside, i) => inside && pairs.withinOverlap[i]).length;
     return matched >= MIN_PAIRS ? "DEGENERATE" : "TOO_FEW_CORRESPONDENCES"; // on no surface
   }
-  if (stage.mayConverge && Math.abs(now.cost - before.cost) < parameters.cost_tolerance)
+  if (stage.mayConverge && Math.abs(current.cost - previous.cost) < parameters.cost_tolerance)
     return "CONVERGED_COST";
   return poses.length > parameters.max_iterations ? "BUDGET_SPENT" : null;
 }

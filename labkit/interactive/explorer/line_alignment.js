@@ -57,8 +57,8 @@ export function solveConstrained(A, g, minimum) {
 
 // The eigenvalue, per unit of weight, from which on a direction is solved for.
 export function leastInformation(share) {
-  const least = share < STEADY_SHARE ? MIN_INFORMATION : STEADY_INFORMATION;
-  return ((1 - share) * least + share) * BUT_FOR_ROUNDING;
+  const minInformation = share < STEADY_SHARE ? MIN_INFORMATION : STEADY_INFORMATION;
+  return ((1 - share) * minInformation + share) * BUT_FOR_ROUNDING;
 }
 
 // What surface points say about a small motion, by eigenvalues and vectors; null for nothing.
@@ -70,7 +70,7 @@ export function lineInformation(p, n, w) {
     [0, 0, 0],
   ];
   if (!(length > 0)) return null;
-  const total = w.reduce((sum, each) => sum + each, 0);
+  const total = w.reduce((sum, weight) => sum + weight, 0);
   for (let i = 0; i < w.length; i++) {
     const ax = (p[2 * i] - center[0]) / length;
     const ay = (p[2 * i + 1] - center[1]) / length;
@@ -86,15 +86,15 @@ export function centerAndLength(points, w) {
   const center = centroid(points, w);
   let squares = 0;
   let total = 0;
-  let most = 0;
+  let maxCoordinate = 0;
   for (let i = 0; i < w.length; i++) {
     if (!(w[i] > 0)) continue;
     squares += w[i] * ((points[2 * i] - center[0]) ** 2 + (points[2 * i + 1] - center[1]) ** 2);
     total += w[i];
-    most = Math.max(most, Math.abs(points[2 * i]), Math.abs(points[2 * i + 1]));
+    maxCoordinate = Math.max(maxCoordinate, Math.abs(points[2 * i]), Math.abs(points[2 * i + 1]));
   }
   const length = total > 0 ? Math.sqrt(squares / total) : 0;
-  return { center, length: length > 64 * Number.EPSILON * most ? length : 0 };
+  return { center, length: length > 64 * Number.EPSILON * maxCoordinate ? length : 0 };
 }
 
 // Eigenvalues, and eigenvectors as columns, of a symmetric 3x3 matrix by Jacobi rotations.

@@ -1,6 +1,6 @@
 // Nearest-neighbour search; what labkit/neighbors.py answers, by a KD-tree in the plane.
 
-const LEAF = 8; // points that are looked at one by one
+const LEAF_POINTS = 8; // points that are looked at one by one
 
 export class NearestNeighbors {
   constructor(target) {
@@ -12,7 +12,7 @@ export class NearestNeighbors {
 
   // Put the median of order[start..stop) in the middle, smaller ones before it.
   build(start, stop) {
-    if (stop - start <= LEAF) return;
+    if (stop - start <= LEAF_POINTS) return;
     const part = this.order.subarray(start, stop);
     const spread = [0, 1].map((axis) => {
       const values = Array.from(part, (i) => this.target[2 * i + axis]);
@@ -35,7 +35,7 @@ export class NearestNeighbors {
   }
 
   search(start, stop, x, y) {
-    if (stop - start <= LEAF) {
+    if (stop - start <= LEAF_POINTS) {
       for (let k = start; k < stop; k++) this.consider(this.order[k], x, y);
       return;
     }

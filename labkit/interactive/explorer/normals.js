@@ -43,9 +43,10 @@ export function normalOf(points, i, start, stop) {
   yy -= y * y;
   const half = 0.5 * (xx - yy);
   const root = Math.sqrt(half * half + xy * xy);
-  const least = 0.5 * (xx + yy) - root;
-  const most = 0.5 * (xx + yy) + root; // eigenvalues of M
-  if (count < MIN_ON_LINE || !(least < LINEARITY ** 2 * most)) return [NaN, NaN];
+  const smallEigenvalue = 0.5 * (xx + yy) - root;
+  const largeEigenvalue = 0.5 * (xx + yy) + root; // eigenvalues of M
+  if (count < MIN_ON_LINE || !(smallEigenvalue < LINEARITY ** 2 * largeEigenvalue))
+    return [NaN, NaN];
   const [u, v] = half > 0 ? [-xy, root + half] : [half - root, xy]; // eigenvector to the least
   const length = Math.sqrt(u * u + v * v) * (u * px + v * py > 0 ? -1 : 1); // to the scanner
   return [u / length, v / length];

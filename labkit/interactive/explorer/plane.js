@@ -2,17 +2,17 @@
 // zoomed and panned, and a bet on where the run will end.
 
 import { drawMark } from "../marks.js";
-import { FATES, fates } from "./correspondences.js";
+import { PAIR_FATES, fates } from "./correspondences.js";
 import { disc, freshContext, rule } from "./canvas.js";
 import { element } from "./controls.js";
-import { Frame, NEAR } from "./frame.js";
+import { Frame, TOUCH_REACH_PX } from "./frame.js";
 import { DEGREE } from "./se2.js";
 
-const HANDLE = 50; // px from the scanner to the knob that turns it
-const GRASP = 18; // px within which the knob is grasped
-const MARGIN = 0.06;
-const EDGE = 14; // px that the scanner stays within the map
-const OUTSIDE = 0.05; // of the points, on each side of the picture: what is far tells little
+const KNOB_ARM_PX = 50; // px from the scanner to the knob that turns it
+const KNOB_REACH_PX = 18; // px within which the knob is grasped
+const MARGIN_SHARE = 0.06;
+const EDGE_PX = 14; // px that the scanner stays within the map
+const LONE_POINT_SHARE = 0.05; // of the points, on each side: what is far tells little
 export const MAX_ZOOM = 10;
 
 export class Plane extends Frame {
@@ -47,8 +47,8 @@ export class Plane extends Frame {
   frame(points) {
     const range = (axis) => {
       const sorted = points.filter((_, i) => i % 2 === axis).sort();
-      const low = sorted[Math.floor(OUTSIDE * sorted.length)];
-      const high = sorted[Math.ceil((1 - OUTSIDE) * sorted.length) - 1];
+      const low = sorted[Math.floor(LONE_POINT_SHARE * sorted.length)];
+      const high = sorted[Math.ceil((1 - LONE_POINT_SHARE) * sorted.length) - 1];
       const more = 0.1 * (high - low) || 1;
       return [Math.max(sorted[0], low - more), Math.min(sorted.at(-1), high + more)];
     };
@@ -98,20 +98,20 @@ export class Plane extends Frame {
     const [u0, v0] = this.pixel(x, y);
     const spots = [
       [u0, v0],
-      [u0 + HANDLE * Math.cos(theta), v0 - HANDLE * Math.sin(theta)],
+      [u0 + KNOB_ARM_PX * Math.cos(theta), v0 - KNOB_ARM_PX * Math.sin(theta)],
     ];
     for (let i = 0; i < this.source.length; i += 2)
       spots.push(this.pixel(this.source[i], this.source[i + 1]));
-    return spots.some(([a, b]) => Math.hypot(a - u, b - v) < NEAR);
+    return spots.some(([a, b]) => Math.hypot(a - u, b - v) < TOUCH_REACH_PX);
   }
 
   // Move the view by pixels, not far beyond the points.
   panBy(du, dv) {
     const next = [this.center[0] - du / this.scale, this.center[1] + dv / this.scale];
     const beyond = [this.width, this.height].map((side) => side / 4 / this.scale);
-    this.center = next.map((each, k) => {
+    this.center = next.map((coordinate, k) => {
       const [low, high] = this.bounds[k];
-      return Math.max(low - beyond[k], Math.min(high + beyond[k], each));
+      return Math.max(low - beyond[k], Math.min(high + beyond[k], coordinate));
     });
     this.onView();
   }
@@ -119,10 +119,10 @@ export class Plane extends Frame {
   // The nearest place for the scanner that lies on the whole map, so that no scan gets lost.
   onMap(x, y) {
     if (!this.whole) return [x, y];
-    const reach = [this.width, this.height].map((side) => (side / 2 - EDGE) / this.whole);
-    return [x, y].map((each, k) => {
+    const reach = [this.width, this.height].map((side) => (side / 2 - EDGE_PX) / this.whole);
+    return [x, y].map((coordinate, k) => {
       const middle = (this.bounds[k][0] + this.bounds[k][1]) / 2;
-      return Math.max(middle - reach[k], Math.min(middle + reach[k], each));
+      return Math.max(middle - reach[k], Math.min(middle + reach[k], coordinate));
     });
   }
 
@@ -141,8 +141,8 @@ export class Plane extends Frame {
       return this.onBet(this.place(event.offsetX, event.offsetY));
     }
     const [u, v] = this.pixel(x, y);
-    const knob = [u + HANDLE * Math.cos(theta), v - HANDLE * Math.sin(theta)];
-    const turning = Math.hypot(event.offsetX - knob[0], event.offsetY - knob[1]) < GRASP;
+    const knob = [u + KNOB_ARM_PX * Math.cos(theta), v - KNOB_ARM_PX * Math.sin(theta)];
+    const turning = Math.hypot(event.offsetX - knob[0], event.offsetY - knob[1]) < KNOB_REACH_PX;
     const panning = this.mode === "pan" || event.button === 1;
     this.grip = { panning, turning, u: event.offsetX, v: event.offsetY, x, y, theta };
     this.canvas.setPointerCapture(event.pointerId);
@@ -163,9 +163,9 @@ export class Plane extends Frame {
     }
     if (!turning) return this.onPose({ x: x + du / this.scale, y: y - dv / this.scale, theta });
     const [u0, v0] = this.pixel(x, y);
-    const before = Math.atan2(v0 - v, u - u0);
-    const now = Math.atan2(v0 - event.offsetY, event.offsetX - u0);
-    this.onPose({ x, y, theta: theta + now - before });
+    const angleBefore = Math.atan2(v0 - v, u - u0);
+    const angleNow = Math.atan2(v0 - event.offsetY, event.offsetX - u0);
+    this.onPose({ x, y, theta: theta + angleNow - angleBefore });
   }
 
   // Two fingers: as much closer as they part, about their middle.
@@ -174,10 +174,10 @@ export class Plane extends Frame {
       const [[a, b], [c, d]] = this.fingers.values();
       return [Math.hypot(a - c, b - d), (a + c) / 2, (b + d) / 2];
     };
-    const [before] = apart();
+    const [spanBefore] = apart();
     this.fingers.set(pointerId, [offsetX, offsetY]);
-    const [now, u, v] = apart();
-    if (before > 0) this.zoomBy(now / before, u, v);
+    const [spanNow, u, v] = apart();
+    if (spanBefore > 0) this.zoomBy(spanNow / spanBefore, u, v);
   }
 
   // A scan that was dragged out of a zoomed view brings the view along.
@@ -209,7 +209,7 @@ export class Plane extends Frame {
     const { x, y, theta } = this.pose();
     if (this.mode === "pan") return this.panBy(-600 * move[0], 600 * move[1]);
     if (this.mode === "bet")
-      return this.onBet((this.bet ?? [x, y]).map((each, k) => each + move[k]));
+      return this.onBet((this.bet ?? [x, y]).map((coordinate, k) => coordinate + move[k]));
     this.onPose({ x: x + move[0], y: y + move[1], theta: theta + move[2] });
   }
 
@@ -224,7 +224,8 @@ export class Plane extends Frame {
     this.source = source;
     const { context } = fresh;
     this.whole =
-      (1 - 2 * MARGIN) * Math.min(fresh.width / (right - left), fresh.height / (top - bottom));
+      (1 - 2 * MARGIN_SHARE) *
+      Math.min(fresh.width / (right - left), fresh.height / (top - bottom));
     this.look({ ...fresh, center: this.center, scale: this.zoom * this.whole });
     this.drawGrid(context, colors);
     below(context, this, colors);
@@ -236,18 +237,21 @@ export class Plane extends Frame {
       source.filter((_, i) => (i >> 1) % pairs.stride),
     ); // from afar not all are looked at
     const fate = fates(pairs);
-    const ends = (i) => [
+    const endsOfPair = (i) => [
       ...pairs.source.subarray(2 * i, 2 * i + 2),
       ...pairs.target.subarray(2 * i, 2 * i + 2),
     ];
-    FATES.forEach((name, f) =>
-      mark(name, Array.from(fate, (each, i) => (each === f ? ends(i) : [])).flat()),
+    PAIR_FATES.forEach((name, f) =>
+      mark(
+        name,
+        Array.from(fate, (fateOfPair, i) => (fateOfPair === f ? endsOfPair(i) : [])).flat(),
+      ),
     );
     if (answer) mark("answer", [answer.x, answer.y]);
     const tip = this.drawScanners(context, path, pose, colors);
-    const here = this.pixel(pose.x, pose.y);
+    const newerScanner = this.pixel(pose.x, pose.y);
     context.textAlign = "center";
-    [this.pixel(0, 0), here, tip].slice(0, names.length).forEach(([u, v], i) => {
+    [this.pixel(0, 0), newerScanner, tip].slice(0, names.length).forEach(([u, v], i) => {
       context.fillStyle = i ? colors.source : colors.ink;
       context.fillText(names[i], u, v + (i ? -12 : 20));
     });
@@ -265,7 +269,7 @@ export class Plane extends Frame {
     context.beginPath();
     path.forEach(({ x, y }) => context.lineTo(...this.pixel(x, y)));
     const [u, v] = this.pixel(pose.x, pose.y);
-    const tip = [u + HANDLE * Math.cos(pose.theta), v - HANDLE * Math.sin(pose.theta)];
+    const tip = [u + KNOB_ARM_PX * Math.cos(pose.theta), v - KNOB_ARM_PX * Math.sin(pose.theta)];
     context.moveTo(u, v);
     context.lineTo(...tip);
     context.stroke();

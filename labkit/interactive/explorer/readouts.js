@@ -3,12 +3,12 @@
 import { legendOf } from "../marks.js";
 import { TERMINATIONS } from "./constants.js";
 import { digits, element, fixed } from "./controls.js";
-import { FATES, fates, inlierCount } from "./correspondences.js";
+import { PAIR_FATES, fates, inlierCount } from "./correspondences.js";
 import { freeMotions, observability } from "./degeneracy.js";
 import { failed, inlierRmse } from "./result.js";
 import { DEGREE, poseDifference, toXYTheta } from "./se2.js";
 
-export const PATIENCE = 600; // ms of rest before a screen reader is told
+export const SPEAK_DELAY_MS = 600; // ms of rest before a screen reader is told
 
 export class Readouts {
   constructor(signal) {
@@ -24,12 +24,15 @@ export class Readouts {
   // or null; `reference` says what that answer is; `bet` is a place [x, y] or null.
   write({ result, shown, told, parameters, known, reference, source, target, bet }) {
     const { history } = result;
-    const last = history.length - 1;
+    const lastIteration = history.length - 1;
     const { pairs, cost, T_target_source: T } = history[shown];
     const count = inlierCount(pairs);
     const rows = [];
     if (result.termination)
-      rows.push(["shown", `${shown === 0 ? "the guess, " : ""}iteration ${shown} of ${last}`]);
+      rows.push([
+        "shown",
+        `${shown === 0 ? "the guess, " : ""}iteration ${shown} of ${lastIteration}`,
+      ]);
     rows.push([
       "RMSE",
       count ? `${inlierRmse(pairs).toFixed(4)} m over ${count} inliers` : "none: no inliers",
@@ -38,7 +41,7 @@ export class Readouts {
     if (known && told) rows.push(["error", sayDifference(poseDifference(known, T))]);
     this.ending.textContent =
       result.termination && told ? `The run: ${ending({ result, target })}.` : "";
-    if (bet && shown === last && result.T_target_source)
+    if (bet && shown === lastIteration && result.T_target_source)
       rows.push([
         "your bet",
         `${Math.hypot(bet[0] - T.x, bet[1] - T.y).toFixed(2)} m from the end`,
@@ -58,7 +61,7 @@ export class Readouts {
   // One sentence on what the stages keep, its words in their colours.
   judge(pairs, { max_correspondence_distance: gate, overlap_ratio: overlap, huber_delta: delta }) {
     const word = (name, text) => element("b", { class: `icp-word-${name}` }, text);
-    const down = fates(pairs).filter((each) => each === 3).length;
+    const down = fates(pairs).filter((fate) => fate === 3).length;
     const gated =
       gate === null
         ? [word("max_correspondence_distance", "No gate")]
@@ -84,12 +87,12 @@ export class Readouts {
 
   // The marks of the map that occur, with their counts.
   explain({ pairs, known, reference, bet, sourcePoints, targetPoints }) {
-    const counts = new Array(FATES.length).fill(0);
+    const counts = new Array(PAIR_FATES.length).fill(0);
     for (const fate of fates(pairs)) counts[fate]++;
     const passed = sourcePoints - pairs.kept.length; // from afar not all are looked at
     const marks = [["older", `target: ${targetPoints}`]];
     for (const f of [4, 3, 2, 1, 0])
-      if (counts[f]) marks.push([FATES[f], `${FATES[f]}: ${counts[f]}`]);
+      if (counts[f]) marks.push([PAIR_FATES[f], `${PAIR_FATES[f]}: ${counts[f]}`]);
     if (passed) marks.push(["passed", `not looked at: ${passed}`]);
     marks.push(["scanner", "older scanner"], ["now", "newer scanner, its way and knob"]);
     if (known) marks.push(["answer", reference]);
@@ -102,11 +105,11 @@ export class Readouts {
     clearTimeout(this.speaking);
     this.speaking = setTimeout(() => {
       const { T_target_source: T, termination, history } = result;
-      const off =
+      const errorText =
         T && known ? `; ends ${sayDifference(poseDifference(known, T))} off the ${reference}` : "";
-      const end = termination && told ? `${ending({ result, target })}${off}. ` : "";
-      this.spoken.textContent = `${end}${this.sentence.textContent}`;
-    }, PATIENCE);
+      const endText = termination && told ? `${ending({ result, target })}${errorText}. ` : "";
+      this.spoken.textContent = `${endText}${this.sentence.textContent}`;
+    }, SPEAK_DELAY_MS);
   }
 }
 
@@ -143,8 +146,8 @@ export function outcome({ T_target_source: T, termination, history }) {
 
 // How the run ended, and what it could not see.
 function ending({ result: { termination, history }, target }) {
-  const seen = failed(termination) ? null : observability(history.at(-1).pairs, target);
-  const unseen = seen ? freeMotions(seen) : [];
+  const information = failed(termination) ? null : observability(history.at(-1).pairs, target);
+  const unseen = information ? freeMotions(information) : [];
   const blind = unseen.length ? `; unobservable: ${unseen.join(", ")}` : "";
   return `${history.length - 1} iterations, ${TERMINATIONS[termination]}${blind}`;
 }

@@ -27,23 +27,23 @@ export function stageOf(parameters, count, coarse, mayConverge) {
 
 // Delta [m] of this iteration: a coarse one is as wide as the median of the kept residuals asks.
 export function adaptDelta(residuals, kept, { huberDelta, widening }) {
-  const some = residuals.filter((_, i) => kept[i]).sort();
-  return widening && some.length
-    ? Math.max(huberDelta, widening * some[some.length >> 1])
+  const keptResiduals = residuals.filter((_, i) => kept[i]).sort();
+  return widening && keptResiduals.length
+    ? Math.max(huberDelta, widening * keptResiduals[keptResiduals.length >> 1])
     : huberDelta;
 }
 
 // The next stage, after the step to the last pose. It is coarse if it was, and if the next motion,
 // which is expected to shrink as the last one did, is longer than LONG_STEP delta.
-export function schedule(before, poses, source, parameters) {
-  let coarse = before.coarse;
+export function schedule(stage, poses, source, parameters) {
+  let coarse = stage.coarse;
   if (coarse) {
     let motion = displacement(source, ...poses.slice(-2));
     const motionBefore = poses.length > 2 ? displacement(source, ...poses.slice(-3, -1)) : 0;
     if (motion < motionBefore) motion *= motion / motionBefore;
     coarse = motion > LONG_STEP * (parameters.huber_delta ?? Infinity);
   }
-  return stageOf(parameters, source.length / 2, coarse, !before.coarse);
+  return stageOf(parameters, source.length / 2, coarse, !stage.coarse);
 }
 
 // Root mean square distance [m] by which a step moved the points.

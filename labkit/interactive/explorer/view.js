@@ -3,7 +3,7 @@
 import { watchTheme } from "./canvas.js";
 import { keepToItself } from "./controls.js";
 
-const SYNC = 120; // ms of rest before Python is told
+const SYNC_DELAY_MS = 120; // ms of rest before Python is told
 
 // Views build `root`, draw it in `update`, and end in `leave` what still runs.
 export class View {
@@ -41,7 +41,7 @@ export class View {
 
   sync() {
     clearTimeout(this.syncing);
-    this.syncing = setTimeout(() => this.model.save_changes(), SYNC);
+    this.syncing = setTimeout(() => this.model.save_changes(), SYNC_DELAY_MS);
   }
 }
 
