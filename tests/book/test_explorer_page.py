@@ -44,6 +44,13 @@ SLOW = """() => {
     let now = performance.now();
     performance.now = () => (now += 5);
 }"""
+# Puts a word in the place of a number.
+DAMAGE_BET = """() => {
+    const stored = JSON.parse(localStorage["labkit-explorer"]);
+    for (const [key, place] of Object.entries(stored))
+        if (key.startsWith("bet on")) stored[key] = [place[0], "far"];
+    localStorage["labkit-explorer"] = JSON.stringify(stored);
+}"""
 SIZE = {"width": 800, "height": 1400}
 REST = 1000  # ms of a page's clock, after which all is told
 
@@ -93,6 +100,45 @@ def test_it_says_what_labkit_says(page, explorer):
         expect(readout(page, "RMSE")).to_have_text(rmse)
         ending = f"{run.iterations} iterations, {run.message}"
         expect(readout(page, "the run")).to_contain_text(ending)
+
+
+@pytest.mark.parametrize("delta", [0.02, 0.2])
+def test_the_sentence_counts_the_pairs_that_delta_weighs_down(show, explorer, delta):
+    scene = next(iter(explorer.scenes.values()))
+    parameters = labkit.IcpParameters(huber_delta=delta)
+    run = labkit.icp(scene.source, scene.target, scene.T_init, parameters)
+    pairs = run.history[0].correspondences
+    count = (pairs.kept & (pairs.weights < 1.0)).sum()
+
+    page = show(icp_explorer([scene], parameters), SIGN, reduced_motion="reduce")
+
+    told = f"weighs {count} of them down." if count else "weighs none down."
+    expect(page.locator(".icp-sentence")).to_contain_text(told)
+
+
+def test_a_damaged_bet_in_the_browser_s_storage_is_no_bet(page):
+    press(page, "Bet")
+    page.keyboard.press("ArrowRight")
+    page.wait_for_function("() => JSON.stringify({ ...localStorage }).includes('bet on')")
+
+    page.evaluate(DAMAGE_BET)
+    page.reload()
+    press(page, "End")
+
+    expect(readout(page, "the run")).to_contain_text("iterations")
+    expect(readout(page, "your bet")).to_have_count(0)
+
+
+def test_a_basin_is_no_longer_that_of_other_parameters(show, explorer):
+    page = show(explorer, SIGN, viewport=SIZE, reduced_motion="reduce")
+    status = page.locator(".icp-basin .icp-status")
+    press(page, "Compute the basin")
+    expect(status).to_contain_text("guesses end within")
+    expect(page.locator(".icp-left > .icp-status")).to_contain_text("A run from this guess")
+
+    page.get_by_label("overlap ρ").press("ArrowLeft")
+
+    expect(status).to_have_text("Parameters, heading or scene have changed since.")
 
 
 def test_a_run_tells_its_end_only_once_it_was_played(page):

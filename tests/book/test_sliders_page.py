@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from playwright.sync_api import expect
 
 import labkit
 from labkit.interactive import icp_sliders, live_figure
-from tests.book.mouse import drag, middle
-from tests.book.widget_page import picture, readout
+from tests.book.mouse import drag, finger, middle
+from tests.book.widget_page import picture, readout, settle
 
 SIGN = "[data-readout]"  # of a widget that is drawn
 LESSON = labkit.simulation.lesson_experiment()
@@ -61,3 +62,31 @@ def test_a_live_figure_follows_its_sliders_and_the_hand(show):
     expect(shifts[0]).to_have_attribute("aria-valuetext", "0.0")
     above, below = canvas.bounding_box(), turn.bounding_box()
     assert above["y"] + above["height"] < below["y"] < 700
+
+
+@pytest.mark.parametrize(("share", "is_moved"), [(0.5, True), (0.02, False)], ids=["near", "far"])
+def test_a_finger_on_the_scan_of_a_live_figure_drags_it_and_one_far_off_does_not(
+    show, share, is_moved
+):
+    scan = {
+        "source": [[0.0, 0.0], [0.2, 0.1], [0.1, -0.2]],
+        "target": [[0.3, 0.0], [0.5, 0.1], [4, 4]],
+    }
+    limits = {"start": (0, 0, 0), "xlim": (-8.0, 8.0), "ylim": (-8.0, 8.0)}
+    steps = [k / 2 for k in range(-8, 9)]
+    values = {"turn [°]": [-1, 0, 1], "x [m]": steps, "y [m]": steps}
+    figure = live_figure("turn", values, label="three points", **limits, **scan)
+    page = show(
+        figure, SIGN, viewport={"width": 390, "height": 700}, has_touch=True, is_mobile=True
+    )
+    box = page.get_by_role("img").bounding_box()
+    x, y = box["x"] + share * box["width"], box["y"] + share * box["height"]
+    touch = finger(page)
+
+    touch("Start", x, y)
+    touch("Move", x + 60.0, y)
+    touch("End", x + 60.0, y)
+    settle(page)
+
+    shown = page.get_by_label("x [m]").get_attribute("aria-valuetext")
+    assert (shown != "0.0") == is_moved

@@ -1,8 +1,8 @@
 """Change the lab in random places, one at a time, and list what its tests do not notice.
 
-``python tests/tools/mutants.py [--part core|course|book] [--count 60] [--seed 0] [FILE ...]`` works
-in a copy. A change takes some fifteen seconds, one that nothing notices a few minutes: it means the
-same in other words, tunes what no test measures, or names a test that is missing.
+``python tests/tools/mutants.py [--part core|course|book|js] [--count 60] [--seed 0] [FILE ...]``
+works in a copy. A change takes some fifteen seconds, one that nothing notices a few minutes: it
+means the same in other words, tunes what no test measures, or names a test that is missing.
 """
 
 from __future__ import annotations
@@ -36,7 +36,24 @@ PARTS = {  # the files that are changed, the tests that they are held to, and wh
         r"tests/book/test_(?!firefox|jupyterlab|\w+_page)\w+\.py",
         "not slow or intro or icp_loop",  # two pages of twenty-seven
     ),
+    "js": (
+        r"labkit/interactive/.+\.js|book/_static/(predictions|widgets|formulas)\.js",  # no built book
+        r"tests/(interactive|book)/test_(agreement|drive|live_figure|pages|predictions|\w+_page)\.py",
+        "not slow or computes_what",
+    ),
 }
+# In JavaScript: what is no code, and what in code is exchanged for what.
+NO_CODE = re.compile(
+    r"""//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\])*"|`(?:\\.|[^`\\])*`|^import .*?;$""",
+    re.DOTALL | re.MULTILINE,
+)
+EXCHANGED = {
+    " < ": " > ", " > ": " < ", " <= ": " > ", " >= ": " < ", " === ": " !== ", " !== ": " === ",
+    " && ": " || ", " || ": " && ", " + ": " - ", " - ": " + ", " * ": " / ", " / ": " * ",
+    ".every(": ".some(", ".some(": ".every(", "Math.min(": "Math.max(", "Math.max(": "Math.min(",
+    "true": "false", "false": "true", "++": "--", "?? ": "&& ",
+}  # fmt: skip
+IN_CODE = re.compile("|".join(map(re.escape, EXCHANGED)) + r"|(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
 OTHER = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq,
     ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.And: ast.Or, ast.Or: ast.And,
@@ -113,10 +130,39 @@ def change(source: str, number: int, made_up: bool) -> tuple[str, str]:
     return "\n".join(lines_after) + "\n", f"{line_before.strip()}  ->  {line_after.strip()}"
 
 
+def changes_of_javascript(source: str) -> list[tuple[int, int, str]]:
+    """All that may be exchanged in the code of a module: from where, to where, and for what."""
+    code = NO_CODE.sub(lambda match: re.sub(r"\S", "_", match[0]), source)
+    exchanges = []
+    for match in IN_CODE.finditer(code):
+        number = EXCHANGED.get(match[0]) or f"{1.5 * float(match[0]) or 1:g}"
+        exchanges.append((match.start(), match.end(), number))
+    return exchanges
+
+
+def change_javascript(source: str, number: int) -> tuple[str, str]:
+    """Make one of the exchanges of a module: the new source, and the line before and after."""
+    start, end, replacement = changes_of_javascript(source)[number]
+    changed = source[:start] + replacement + source[end:]
+    row = source.count("\n", 0, start)
+    lines = [text.splitlines()[row].strip() for text in (source, changed)]
+    return changed, "  ->  ".join(lines)
+
+
+def count_changes(file: str, source: str, made_up: bool) -> int:
+    """Count the changes that a file offers."""
+    if file.endswith(".js"):
+        return len(changes_of_javascript(source))
+    return len(list(changes(ast.parse(source), made_up)))
+
+
 def tests_of(file: str, part: str) -> list[str]:
     """The file's examples and own tests, then the tests that import it, then its part's."""
     path = Path(file)
     tests = [test for test in TRACKED if re.fullmatch(PARTS[part][1], test)]
+    if part == "js":  # those of the same name or folder first
+        words = {path.stem.rstrip("s"), path.parent.name, path.stem.partition("_")[0]}
+        return sorted(tests, key=lambda test: -sum(word[:5] in test for word in words))
     own = [test for test in tests if test.endswith(f"/test_{path.name}")]
     import_line = re.compile(rf"(?m)^(?:from|import) .*\b{path.stem}\b")
     importing = [test for test in tests if import_line.search((ROOT / test).read_text("utf-8"))]
@@ -200,14 +246,17 @@ def main() -> None:
     places = [
         (file, number)
         for file, source in sources.items()
-        for number, _ in enumerate(changes(ast.parse(source), made_up[file]))
+        for number in range(count_changes(file, source, made_up[file]))
     ]
     sample = random.Random(args.seed).sample(places, min(args.count, len(places)))
     noticed = 0
     with tempfile.TemporaryDirectory() as folder:
         copy_lab(Path(folder))
         for file, number in sample:
-            source, line = change(sources[file], number, made_up[file])
+            if file.endswith(".js"):
+                source, line = change_javascript(sources[file], number)
+            else:
+                source, line = change(sources[file], number, made_up[file])
             failure = try_change(Path(folder), file, args.part, source)
             noticed += bool(failure)
             outcome = "noticed " if failure else "SURVIVED"
