@@ -36,8 +36,8 @@ PARTS = {  # the files that are changed, the tests that they are held to, and wh
         r"tests/book/test_(?!firefox|jupyterlab|\w+_page)\w+\.py",
         "not slow or intro or icp_loop",  # two pages of twenty-seven
     ),
-    "js": (
-        r"labkit/interactive/.+\.js|book/_static/(predictions|widgets|formulas)\.js",  # no built book
+    "js": (  # the scripts that a test sees without a built book
+        r"labkit/interactive/.+\.js|book/_static/(predictions|widgets|formulas)\.js",
         r"tests/(interactive|book)/test_(agreement|drive|live_figure|pages|predictions|\w+_page)\.py",
         "not slow or computes_what",
     ),
