@@ -211,7 +211,7 @@ def late_percent(days: float, adjustments: Adjustments) -> float:
 
 def find_waiting(marks: Collection[SubmissionVerdict], adjustments: Adjustments) -> list[str]:
     """The students whose written answers have no points yet, where these are worth some."""
-    if (CLASS, "written") not in adjustments:
+    if not rule(adjustments, "written"):
         return []
     read = {
         student

@@ -59,7 +59,7 @@ def test_it_goes_on_where_it_was_and_keeps_what_people_decided(grade, tmp_path, 
     assert grade("class") == 0
     before = verdicts()
     decide("student00000,double,0,copied\n*,late_percent,10,\nstudent00002,late,2,\n")
-    decide("*,written,0,\nnew,written,0,\n")
+    decide("*,written,4,\nnew,written,0,\n")
     write(tmp_path, ["grades/roster.csv"], "student,name\nstudent00000,Ada\nabsent,Nobody N.\n")
     write(tmp_path, ["class/new.py"], SQUARED)
     for _ in range(2):

@@ -77,6 +77,15 @@ def test_no_provisional_mark_gets_into_a_gradebook(grade, tmp_path, capsys):
     assert "no points for written answers" in remarks()["student00000"]
 
 
+def test_written_answers_that_are_worth_nothing_keep_nobody_waiting(grade, tmp_path, capsys):
+    hand_in(tmp_path / "class", 1)
+    write(tmp_path, ["grades/adjustments.csv"], "student,what,value,comment\n*,written,0,\n")
+
+    assert grade("class") == 0
+
+    assert "written answers" not in capsys.readouterr().err
+
+
 def test_a_hand_in_that_nobody_read_does_not_count_as_graded(grade, tmp_path, capsys):
     write(tmp_path / "class", ["ada.pdf", "emmy/a.py"], RIGHT)
 

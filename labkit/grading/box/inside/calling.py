@@ -70,5 +70,5 @@ def call_function(
             "status": "not written" if isinstance(error, NotImplementedError) else "raised",
             "error": type(error).__name__[:60],
             "message": data.describe_error(error) + find_place(error),
-            "unwritten": data.unwritten(error)[:60],
+            "unwritten": data.find_stub(error)[:60],
         }

@@ -132,7 +132,7 @@ def from_json(tree: Any, depth: int = 0) -> Any:  # noqa: PLR0911 (one for each 
     raise ValueError("it is no data, or nested too deeply")
 
 
-def unwritten(error: BaseException) -> str:
+def find_stub(error: BaseException) -> str:
     """The name of the stub that raised an error; "" where no stub did."""
     if type(error) is not NotImplementedError or error.args:
         return ""
@@ -142,7 +142,7 @@ def unwritten(error: BaseException) -> str:
 
 def describe_error(error: BaseException) -> str:
     """The error's name and text; it may raise another one instead of its text."""
-    if name := unwritten(error):
+    if name := find_stub(error):
         return f"`{name}` is not written yet"
     message = type(error).__name__
     with contextlib.suppress(BaseException):
