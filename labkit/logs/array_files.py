@@ -137,8 +137,9 @@ def _angles(found: Arrays, shape: tuple[int, ...], source: Source) -> FloatArray
     scanner, count, declared = source.scanner, shape[1], found.declared()
     unit = scanner.radians()
     first, last = declared.get("angle_min", math.nan), declared.get("angle_max", math.nan)
-    step = declared.get("angle_increment", 0.0)
-    if scanner.angles is not None or math.isfinite(first + (0.0 if step else last)):
+    step = declared.get("angle_increment", math.nan)
+    is_told = math.isfinite(first) and (math.isfinite(step) or math.isfinite(last))
+    if scanner.angles is not None or is_told:
         return scanner.beams(count, unit * first, unit * step, source.report, unit * last)
     name = found.name_of("angle")
     if name is None:

@@ -39,7 +39,7 @@ from labkit.support.arrays import FloatArray
 from labkit.support.errors import LabkitError, LogError
 
 WORDS = frozenset({"FLASER", "ROBOTLASER1", "ODOM", "PARAM", "NEFF", "TRUEPOS", "RAWLASER1"})
-USES = ("angles", "no_return", "laser_offset", "time_increment", "blind_beams")
+USES = ("angles", "no_return", "laser_offset", "time_increment", "angle_unit", "blind_beams")
 FLASER_MAXIMUM = 81.8  # [m]
 MAX_MOUNT_DIFFERENCE = 0.1  # [m, rad]: largest difference of two lines that tell one mounting
 PRINTED_PRECISION = 1e-4  # [m, rad]: difference of two poses by their printed decimals alone
@@ -58,12 +58,12 @@ def read(source: Source) -> Reading:
     """Read the laser lines; where they say it, the laser's poses are its odometry."""
     words = Counter[str]()
     lines = source.part(_laser_lines(source, words))
+    contents = [Content(word, f"{count} lines", _use(word)) for word, count in words.items()]
     if not lines:
-        return Reading()
+        return Reading(contents=contents)
     mount, is_rigid = find_mount(lines)
     odometry, reference = scanner_trajectories(lines, mount, is_rigid, source)
     sweeps = [line.sweep for line in lines]
-    contents = [Content(word, f"{count} lines", _use(word)) for word, count in words.items()]
     return Reading(
         sweeps=sweeps,
         odometry=odometry,
@@ -172,6 +172,8 @@ def parse_robotlaser(number: int, fields: Sequence[str], source: Source) -> Lase
     expect_fields(fields, n + m + 24, f"ROBOTLASER1 with {n} beams and {m} remissions")
     names = ("start angle", "field of view", "angular step", "maximum range")
     start, fov, step, declared = map(parse_finite, fields[2:6], names)
+    unit = scanner.radians()
+    start, fov, step = unit * start, unit * fov, unit * step
     if step <= 0.0:
         raise DamagedLine(f"the angular step is {step:g}, expected a positive number")
     # 0.017453 is short of one degree by 3e-7 rad, which 179 steps make 5e-5 rad.

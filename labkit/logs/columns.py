@@ -27,7 +27,17 @@ UNITS = METRES | RADIANS | SECONDS
 ANGLE = ("angle", "angles", "theta", "bearing", "azimuth", "alpha", "phi")
 RANGE = ("range", "ranges", "distance", "distances", "dist", "r", "rho", "l")
 CLOCK = ("stamp", "timestamp", "time", "rosbagtimestamp")  # the first is the scanner's own
-CLOCKS = (*CLOCK, "stamps", "timestamps", "times", "time_stamp", "time_stamps")
+CLOCKS = (
+    *CLOCK,
+    "stamps",
+    "timestamps",
+    "times",
+    "time_stamp",
+    "time_stamps",
+    "receivetime",
+    "receive_time",
+    "log_time",
+)
 NUMBERS_OF_SCANS = [
     f"{name}{ending}"
     for name in ("scan", "sweep", "frame")
@@ -59,7 +69,7 @@ DECIMAL_COMMAS = re.compile(rf"{NUMBER}(?:\s+{NUMBER})+", re.IGNORECASE)
 QUOTED_DECIMALS = re.compile(rf'"{NUMBER}"(?:,"{NUMBER}")+', re.IGNORECASE)
 INSIDE = "\x1f"  # stands for them
 FEWEST_NUMBERED = 4  # a row 0, 1, 2 may be a point
-BRACKETS = {"[": "]", "(": ")"}
+BRACKETS = {"[": "]", "(": ")", "{": "}"}
 
 
 class Column(NamedTuple):
@@ -145,7 +155,7 @@ def is_list(field: str) -> bool:
 
 def list_fields(field: str) -> list[str]:
     """The fields of a list between commas, semicolons or white space, in brackets or bare."""
-    return re.split(r"[\s,;]+", field.strip(" \t,;[]()"))
+    return re.split(r"[\s,;]+", field.strip(" \t,;[](){}"))
 
 
 def read_header(head: Sequence[str]) -> tuple[list[Column], int]:

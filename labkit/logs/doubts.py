@@ -96,8 +96,8 @@ def _suspect_millimetres(sweeps: Sequence[Sweep], report: DamageReport) -> None:
         short += int(np.count_nonzero(positive <= MAX_USUAL_RANGE))
     if returned and short < 0.1 * returned:
         report.remarks.append(
-            f"nearly all ranges exceed {MAX_USUAL_RANGE:g} m: are they millimetres? "
-            f'`range_unit="mm"` (`--range-unit mm`) says so'
+            f"nearly all ranges exceed {MAX_USUAL_RANGE:g} m: are they millimetres or "
+            f"centimetres? `range_unit` (`--range-unit mm`, `cm`) says so"
         )
 
 

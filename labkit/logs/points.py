@@ -170,7 +170,9 @@ def _scans(
 ) -> Sequence[IntArray | slice]:
     """Rows of each scan, in the order of their first rows: a slice, or indices if they scatter."""
     numbers, stamps = rows[:, 0], rows[:, 1]
-    if "scan" not in places:
+    if "scan" in places:
+        numbers = _with_restarts(numbers, report)
+    else:
         numbers = _numbers_without_column(rows, pair, report)
         is_of_points = len(np.unique(stamps)) > 0.5 * len(rows)
         if "clock" in places and is_of_points and pair == XY:
@@ -185,6 +187,19 @@ def _scans(
     order = np.argsort(numbers, kind="stable")
     starts = np.flatnonzero(np.diff(numbers[order])) + 1
     return sorted(np.split(order, starts), key=lambda group: int(group[0]))
+
+
+def _with_restarts(numbers: FloatArray, report: DamageReport) -> FloatArray:
+    """Numbers of scans that go on where a second recording in one file starts them anew."""
+    restarts = np.flatnonzero(np.diff(numbers) < 0.0) + 1
+    epochs = np.split(numbers, restarts)
+    if not len(restarts) or min(len(np.unique(epoch)) for epoch in epochs) < FEWEST_TURNS:
+        return numbers  # the rows of a scan scatter
+    report.remarks.append(
+        f"the numbers of the scans start anew {len(restarts)} times: are these several recordings? "
+        f"What lies between two of them counts as one step"
+    )
+    return np.cumsum(np.diff(numbers, prepend=numbers[0]) != 0.0).astype(np.float64)
 
 
 def _numbers_without_column(

@@ -187,7 +187,7 @@ def _suspect_other_columns(sweeps: Sequence[Sweep], report: DamageReport) -> Non
     if len(sweeps) <= FEWEST_BEAMS:
         return
     rows = np.array([np.asarray(sweep.scan.ranges)[[*ENDS]] for sweep in sweeps])
-    rises = (np.diff(rows, axis=0) > 0.0).all(axis=0)
+    rises = (rows[1:] > rows[:-1]).all(axis=0)
     is_negative = np.array([len(np.unique(column[column < 0.0])) > 2 for column in rows.T])
     if (rises | is_negative).any():
         report.remarks.append(OTHER_COLUMNS)
@@ -254,7 +254,7 @@ def _parse_sweep(
         for name, (k, unit) in layout.declared.items()
     }
     first, last = declared.get("angle_min", 0.0), declared.get("angle_max", math.nan)
-    step = declared.get("angle_increment", 0.0)
+    step = declared.get("angle_increment", math.nan)
     angles = scanner.beams(len(ranges), first, step, report, last)
     band = declared.get("range_min", 0.0), declared.get("range_max", math.inf)
     stamp = sum(stamps) if stamps else math.nan

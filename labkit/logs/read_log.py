@@ -15,7 +15,7 @@ from labkit.logs.doubts import make_scans
 from labkit.logs.lines import DamageReport, shorten
 from labkit.logs.log import Log
 from labkit.logs.options import LogOptions
-from labkit.logs.reader import FOREIGN, Progress, Reader, Source, is_value
+from labkit.logs.reader import FOREIGN, Progress, Reader, Reading, Source, is_value
 from labkit.logs.stored import StoredScans
 from labkit.logs.trajectories import odd_steps, scanner_track
 from labkit.logs.wheels import read_table
@@ -112,7 +112,7 @@ def read_log(
     refuse_unusable(given, reader, report.file)
     reading = reader.read(source)
     if not reading.sweeps:
-        raise LogError(f"{report.file}: {_no_scan(reader, given, report)}")
+        raise LogError(f"{report.file}: {_no_scan(reader, reading, given, report)}")
     scans = make_scans(reading, report, given.no_return)
     odometry = reading.odometry
     place = reading.offset if given.laser_offset is None else given.offset
@@ -157,14 +157,16 @@ def find_reader(source: Source) -> Reader:
     )
 
 
-def _no_scan(reader: Reader, options: LogOptions, report: DamageReport) -> str:
+def _no_scan(reader: Reader, reading: Reading, options: LogOptions, report: DamageReport) -> str:
     """A clause on a log in which no scan was read."""
     if options.start and not report.skipped:
         return (
             f"a {reader.name} log of no more than {options.start} scans; choose a smaller `start` "
             f"(`--start`)"
         )
-    return f"a {reader.name} log without any scan{report.summary()}; labkit reads {FORMATS}"
+    held = ", ".join(f"{part.name} ({part.kind})" for part in reading.contents)
+    holds = f"; it holds {shorten(held)}" if held else ""
+    return f"a {reader.name} log without any scan{report.summary()}{holds}; labkit reads {FORMATS}"
 
 
 def killian_archive() -> Path:

@@ -10,9 +10,9 @@ from functools import lru_cache
 import numpy as np
 
 from labkit.logs.columns import METRES, RADIANS
-from labkit.logs.lines import DamageReport
+from labkit.logs.lines import DamagedLine, DamageReport
 from labkit.logs.stored import StoredScan
-from labkit.scan import Scan, is_return
+from labkit.scan import MOST_TURN, Scan, is_return
 from labkit.support.arrays import (
     FloatArray,
     IntArray,
@@ -101,6 +101,12 @@ class Scanner:
             step = (last - first) / max(count - 1, 1)
         elif count > 1 and math.isfinite(last):
             step = _settle_step(count, first, step, last, report)
+        low, high = sorted((first, first + step * (count - 1)))
+        if not max(high - low, -low, high) <= MOST_TURN:
+            raise DamagedLine(
+                f"`angles` must be radians within one turn, got {low:.6g} to {high:.6g}: are these "
+                f"degrees? `angle_unit` (`--angle-unit deg`) says so"
+            )
         return _spread(first, step, count, mirrored=bool(self.mirrored))
 
     def scan(
@@ -185,8 +191,8 @@ def _band_in_unit(
 def _settle_step(count: int, first: float, step: float, last: float, report: DamageReport) -> float:
     """The step between beams by the vote of first and last angle, step and count."""
     even = (last - first) / (count - 1)
-    if step == 0.0:
-        if even != 0.0:
+    if not abs(step) > 0.0:  # 0, or not told at all
+        if step == 0.0 and even != 0.0:
             report.count(NO_STEP)
         return even
     if abs(first + step * (count - 1) - last) <= MAX_OFF * abs(step):

@@ -40,7 +40,10 @@ def test_robotlaser_declares_beams_maximum_and_remissions(save, robotlaser):
 def test_degrees_are_refused_by_name(save, robotlaser):
     fields = robotlaser(FOUR).split()
     log = read_log(save(robotlaser(FOUR) + " ".join([*fields[:2], "-90", *fields[3:]])))
-    assert "within one turn, got -90 to 0: are these degrees" in log.skipped[0].reason
+    assert (
+        "within one turn, got -90 to -89.9476: are these degrees? `angle_unit`"
+        in log.skipped[0].reason
+    )
 
 
 # Whose pose is it?

@@ -107,7 +107,7 @@ def test_what_is_no_range_makes_no_point(save, flaser, code):
 def test_millimetres_are_suspected_by_name(save, flaser, robotlaser):
     rows = 1000.0 * sweeps(9.0)
     for path in (saved(save, flaser, rows), saved(save, robotlaser, rows, maximum=81920.0)):
-        assert "are they millimetres? `range_unit=" in read_log(path).remarks[0]
+        assert "are they millimetres or centimetres? `range_unit` (" in read_log(path).remarks[0]
 
 
 STUTTER = [10.0, 11.0, 11.0, 10.5, 12.0, 11.5]

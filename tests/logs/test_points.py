@@ -86,8 +86,10 @@ def test_a_header_alone_is_no_scan(save, header):
 
 
 def test_rows_of_a_list_of_lists_are_rows(save):
-    scans = read_log(save("[1, 2, nan, 4],\n(5, 6, 7, 8),\n"), angles=HALF_CIRCLE).scans
-    assert [scan.beams.tolist() for scan in scans] == [[0, 1, 3], [0, 1, 2, 3]]
+    scans = read_log(
+        save("[1, 2, nan, 4],\n(5, 6, 7, 8),\n{1, 2, 3, 4}\n"), angles=HALF_CIRCLE
+    ).scans
+    assert [scan.beams.tolist() for scan in scans] == [[0, 1, 3], [0, 1, 2, 3], [0, 1, 2, 3]]
 
 
 def test_a_comma_at_the_end_of_each_row_is_no_beam(save):
@@ -140,7 +142,7 @@ def test_a_table_of_ranges_needs_the_directions_of_its_beams(save):
 )
 def test_tables_of_other_exporters(save, titles, row):
     log = read_log(save(f"{titles}\n{row}\n{row.replace('10', '11', 1)}\n"), strict=True)
-    assert log.stamps.tolist() == [10.5, 11.5]
+    assert (log.stamps.tolist(), log.remarks) == ([10.5, 11.5], ())
     np.testing.assert_allclose(log.scans[0].angles, [-1.0, -0.5, 0.0, 0.5, 1.0])
     assert log.scans[0].ranges.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0]
 
@@ -222,3 +224,10 @@ def test_a_first_or_last_turn_that_was_cut_is_no_scan(save, polar, gone, left):
     assert len(log) == (5 if left else 6)
     assert len(log.remarks) == bool(left)
     assert all(f"the {left} scan covers" in remark for remark in log.remarks)
+
+
+def test_two_recordings_in_one_file_are_two_and_are_told(save):
+    rows = "".join(f"{k % 5},{a},{1.0 + k}\n" for k in range(10) for a in (0.0, 1.0, 2.0))
+    log = read_log(save(f"scan,angle,range\n{rows}"))
+    assert [scan.ranges[0] for scan in log.scans] == [1.0 + k for k in range(10)]
+    assert "the numbers of the scans start anew 1 times" in log.remarks[0]

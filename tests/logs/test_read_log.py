@@ -94,8 +94,14 @@ def test_the_name_of_a_run_goes_without_suffixes(save, run, name, expected):
             zipped({"a": "x", "b": "y"}),
             "f: cannot be read: the archive holds 2 files, expec",
         ),
-        (b"ODOM 1 2 3 0 0 0 5.0 host 6.0\n", "f: a carmen log without any scan; labkit reads"),
-        (b"PARAM x\nFLASER 180\n", "scan; 1 damaged, the first is 2: 2 fields.*; labkit reads"),
+        (
+            b"ODOM 1 2 3 0 0 0 5.0 host 6.0\n",
+            r"f: a carmen log .*; it holds ODOM \(1 lines\); labkit",
+        ),
+        (
+            b"PARAM x\nFLASER 180\n",
+            "scan; 1 damaged, the first is 2: 2 fields.*; it holds",
+        ),
         (b"VERTEX_SE2 0 0 0 0\n", "a g2o log without any scan; .*, g2o with ROBOTLASER1"),
         (b"x,y\n", "a points log without any scan; labkit reads"),
     ],

@@ -275,7 +275,7 @@ OPTIONS = {
     "odometry_topic": "/odom",
 }
 USELESS = {
-    "carmen": {"topic", "odometry_topic", "angle_unit", "frame"},
+    "carmen": {"topic", "odometry_topic", "frame"},
     "ranges": {"laser_offset", "topic", "odometry_topic"},
     "polar": OPTIONS.keys() - {"no_return", "time_increment", "angle_unit", "blind_beams"},
     "points": OPTIONS.keys(),
