@@ -14,7 +14,8 @@ FIRST_STEPS = 10  # steps of a stated value beside them, so that the first few c
 FIRST_WHEEL_ERROR = (0.05, math.radians(4.0))  # [m], [rad]: stated, at rest
 FIRST_AGREEMENT = 0.9  # stated: a whole scan on its map
 LEAST_WHEEL_ERROR = (0.03, math.radians(1.5))  # [m], [rad]: turns of good wheels have heavy tails
-SIGMA_OF_MEDIAN = 1.4826  # standard deviation over the median of absolute errors, of a Gaussian
+QUANTILE = 0.8  # of the wheels' errors: most steps go straight on, and turns err most: late wheels
+SIGMAS = 1.28  # standard deviations of a Gaussian that this quantile of absolute errors spans
 USUAL_CHANGE = (0.5, math.radians(20.0))  # [m], [rad]: so much of a motion doubles the wheels'
 # error, and so much do two motions in a row differ: every 2nd scan
 MOTION_HISTORY = 20  # motions that may come again: no wheels
@@ -31,7 +32,7 @@ SURE_SCORE_ALONE = 0.8  # without wheels: a match that scores as much needs no s
 SURE_SCORE_AT_REST = 0.2  # the same beside wheels without an error: every 2nd scan
 SURE_SCORE_SLOPE = 0.7  # [1/m]: what each metre of the window adds to it
 MIN_SCORE = 0.1  # a match that scores less tells less than the wheels: gaps of 15 scans
-AT_ONCE = 0.55  # of what the best match in the window lacks to a score of 1: a match outside lacks
+AT_ONCE = 0.6  # of what the best match in the window lacks to a score of 1: a match outside lacks
 # less, or it is not believed: a door, wheels jump
 LEAD_AGREEMENT = 0.6  # usual agreement below which the wheels lead: 30 % ghosts, a third moving
 TIE = 0.01  # scores that differ by less are equal, and the first one wins: clean

@@ -61,7 +61,7 @@ class MapState(NamedTuple):
         increment = record.increment
         matched = record.decision.matched
         next_map = self.map.follow(increment)
-        if record.T_taken_refused is None:
+        if not record.has_rival:
             next_map = self.map.advance(scan, increment, record.prior, matched=matched)
         return MapState(
             pose=integrate_step(self.pose, increment),
@@ -133,7 +133,8 @@ class MapOdometry(Odometry[MapState]):
         expected = expect(T_map_last, prior, motions, scales, state.T_last_refused)
         leads = prior is not None and scales.agreement < LEAD_AGREEMENT
         matches: list[Match] = []
-        for candidates in propose(scan, target, expected, (scales.max_shift, scales.max_turn)):
+        reach = scales.steps * np.array(self.parameters.limits.window)
+        for candidates in propose(scan, target, expected, reach):
             for T_guess in candidates:
                 candidate = match(scan, target, T_guess, expected, self.parameters.icp)
                 motion = to_xytheta(invert(T_map_last) @ candidate.T)

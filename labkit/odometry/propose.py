@@ -16,6 +16,7 @@ import numpy as np
 from labkit.line_alignment import Information
 from labkit.odometry.constants import (
     AGE_HANDICAP,
+    LEAST_WHEEL_ERROR,
     MAX_STARTS,
     MOTION_COST,
     RETURN_HANDICAP,
@@ -31,7 +32,7 @@ from labkit.odometry.record import Scales
 from labkit.odometry.scales import growth_of
 from labkit.odometry.search import drop_duplicates, search
 from labkit.scan import Scan
-from labkit.se2 import from_xytheta, wrap
+from labkit.se2 import from_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
@@ -102,20 +103,20 @@ def expect(
     """Expected poses after the pose `T_map_last`, and what others cost.
 
     By the wheels, (3,), or None; and by motions (K, 3): that of the last step, then those that were
-    measured, the newest first. A measured motion does not confirm itself: if it is unlike the one
-    before, no match is sure. If the last match was refused, the wheels may go on from
-    `T_last_refused`, where it ended, too.
+    measured, the newest first. Where none was measured no match is sure, so that a search looks
+    around. If the last match was refused, the wheels may go on from `T_last_refused`, where it
+    ended, too.
     """
     if prior is None:
         poses = T_map_last @ from_xytheta(motions)
-        is_confirmed = len(motions) > 2 and is_like(motions[1], motions[2])
+        has_measured = len(motions) > 1
         return Expectation(
             poses=poses,
             handicap=np.asarray(AGE_HANDICAP * np.arange(len(poses)), np.float64),
             shift=USUAL_CHANGE[0],
             turn=USUAL_CHANGE[1],
             max_cost=MOTION_COST,
-            sure_score=SURE_SCORE_ALONE if is_confirmed else math.inf,
+            sure_score=SURE_SCORE_ALONE if has_measured else math.inf,
             T_search=T_map_last,
             search_shift=SEARCH_FACTOR * float(np.hypot(motions[:, 0], motions[:, 1]).max()),
             search_turn=SEARCH_FACTOR * float(np.abs(motions[:, 2]).max()),
@@ -133,7 +134,7 @@ def expect(
         handicap=np.asarray(RETURN_HANDICAP * np.arange(len(starts)), np.float64),
         shift=shift,
         turn=turn,
-        max_cost=WHEEL_COST,
+        max_cost=WHEEL_COST * min(1.0, LEAST_WHEEL_ERROR[0] / scales.wheel_shift),
         sure_score=min(SURE_SCORE_ALONE, SURE_SCORE_AT_REST + SURE_SCORE_SLOPE * shift),
         T_search=poses[0],
         search_shift=WINDOW * shift,
@@ -141,22 +142,16 @@ def expect(
     )
 
 
-def is_like(motion: FloatArray, other: FloatArray) -> bool:
-    """True if two motions, (3,), differ no more than motions in a row usually do."""
-    x, y, turn = (motion - other).tolist()
-    return math.hypot(x, y) <= USUAL_CHANGE[0] and abs(float(wrap(turn))) <= USUAL_CHANGE[1]
-
-
 def propose(
-    scan: Scan, target: Target, expected: Expectation, limits: tuple[float, float]
+    scan: Scan, target: Target, expected: Expectation, reach: FloatArray
 ) -> Iterator[list[FloatArray]]:
     """Candidates in rounds, each tried only if no match of those before is sure.
 
-    The most expected pose; then the other expected ones, and those that a search finds, as far as
-    the limits of a step reach, [m] and [rad], or farther if that is expected.
+    The most expected pose; then the other expected ones, and those that a search finds within
+    `reach`, [m] and [rad], or farther if that is expected.
     """
     yield [expected.poses[0]]
-    max_shift = max(limits[0], expected.search_shift)
-    max_turn = min(max(limits[1], expected.search_turn), math.pi)
+    max_shift = max(reach[0], expected.search_shift)
+    max_turn = min(max(reach[1], expected.search_turn), math.pi)
     others = drop_duplicates(expected.poses, MAX_STARTS)[1:]
     yield [*others, *search(scan, target, expected.T_search, (max_shift, max_turn))]

@@ -14,7 +14,7 @@ from labkit.correspondences import MIN_PAIRS, Correspondences, pairs_at
 from labkit.covariance import fuse
 from labkit.degeneracy import observability
 from labkit.line_alignment import Information
-from labkit.odometry.constants import MARGIN, MIN_AGREEMENT, RANGE_STD
+from labkit.odometry.constants import MARGIN, MIN_AGREEMENT, MIN_SCORE, RANGE_STD
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
@@ -59,6 +59,7 @@ class Scales(NamedTuple):
     wheel_turn: float  # the same [rad]
     wheel_factor: float  # how many times as far as the wheels the matches lead
     agreement: float  # of a scan with the map, usually
+    steps: float  # usual steps since the last scan or, without wheels, since the last match
     max_shift: float  # the farthest that the step can lead [m]
     max_turn: float  # the same [rad]
 
@@ -174,6 +175,11 @@ class StepRecord:
     T_taken_refused: FloatArray | None = field(default=None, repr=False)
     scales: Scales | None = None
     evidence: Evidence = field(default=UNKNOWN, repr=False)
+
+    @property
+    def has_rival(self) -> bool:
+        """True if a match scored, and was refused for another motion: it may have been right."""
+        return self.T_taken_refused is not None and self.score > MIN_SCORE
 
     @property
     def ambiguous(self) -> bool:

@@ -1,8 +1,8 @@
 """Scales that a run measures on its last steps, so that nobody has to choose them.
 
 How far wheels err, and by which factor they tell ways too short; how well a scan of this scanner in
-these rooms usually fits; how long a step may be. Each is a median over the last `HISTORY` steps, to
-which `FIRST_STEPS` of a stated value are added, so that few steps change little.
+these rooms usually fits; how long a step may be. They are medians, or a quantile, over the last
+`HISTORY` steps. When a run begins, `FIRST_STEPS` of a stated value stand in for them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from labkit.odometry.constants import (
     LEAST_WHEEL_ERROR,
     MIN_AGREEMENT,
     MOTION_HISTORY,
-    SIGMA_OF_MEDIAN,
+    QUANTILE,
+    SIGMAS,
     USUAL_CHANGE,
 )
 from labkit.odometry.record import STILL, Decision, Scales, StepRecord
@@ -46,8 +47,9 @@ class History(NamedTuple):
 
     def scales(self, scan: Scan, prior: FloatArray | None, limits: SanityLimits) -> Scales:
         """The scales by which the step to a scan is judged."""
-        errors = np.array([*self.wheel_errors, *[FIRST_WHEEL_ERROR] * FIRST_STEPS])
-        usual_error = SIGMA_OF_MEDIAN * np.median(errors, axis=0)
+        unmeasured = max(0, FIRST_STEPS - len(self.wheel_errors))
+        errors = np.array([*self.wheel_errors, *[FIRST_WHEEL_ERROR] * unmeasured])
+        usual_error = np.quantile(errors, QUANTILE, axis=0) / SIGMAS
         shift_error, turn_error = np.maximum(usual_error, LEAST_WHEEL_ERROR).tolist()
         max_shift, max_turn = limits.reach(
             max((math.hypot(x, y) for x, y, _ in self.motions), default=0.0),
@@ -59,6 +61,7 @@ class History(NamedTuple):
             wheel_turn=turn_error,
             wheel_factor=median_low([*self.wheel_factors, *[1.0] * FIRST_STEPS]),
             agreement=median([*self.agreements, *[FIRST_AGREEMENT] * FIRST_STEPS]),
+            steps=steps,
             max_shift=steps * max_shift,
             max_turn=min(math.pi, steps * max_turn),
         )
@@ -82,13 +85,18 @@ class History(NamedTuple):
             is_match = record.decision is not Decision.CONFIRMED
             if is_match and record.agreement >= MIN_AGREEMENT and record.scales is not None:
                 errors = (wheel_error(record.prior, record.increment, record.scales), *errors)
+        last_motion = record.increment
+        if record.decision.is_guess:
+            last_motion = STILL
+        elif record.ambiguous and record.prior is None:  # it does not confirm itself
+            last_motion = motions[0] if motions else STILL
         agreements = self.agreements
         if record.prior is not None and not math.isnan(record.agreement):
             agreements = (max(0.0, record.agreement), *agreements)
         interval = scan.stamp - self.stamp
         intervals = (interval, *self.intervals) if interval > 0.0 else self.intervals
         return History(
-            last_motion=STILL if record.decision.is_guess or record.ambiguous else record.increment,
+            last_motion=last_motion,
             motions=motions[:MOTION_HISTORY],
             wheel_errors=errors[:HISTORY],
             wheel_factors=factors[:HISTORY],

@@ -28,7 +28,7 @@ STILL = np.zeros(3)
 MOTION = np.array([0.1, 0.05, math.radians(3.0)])
 
 
-SCALES = Scales(*LEAST_WHEEL_ERROR, 1.0, 0.9, 2.0, math.pi / 2.0)
+SCALES = Scales(*LEAST_WHEEL_ERROR, 1.0, 0.9, 1.0, 2.0, math.pi / 2.0)
 
 
 def expect(T_map_last, prior, motions, T_last_refused=None, scales=SCALES):
