@@ -24,8 +24,8 @@ REACH = 3.0  # of the longest of the last motions: no step leads farther
 USUAL_LIMITS = (2.0, math.radians(90.0))  # [m], [rad]: of a step, where a user sets no limits
 
 # Believing (propose, score, choose)
-WHEEL_COST = 0.4  # of agreement, at most, for a motion unlike that of the wheels: wheels slip
-MOTION_COST = 0.1  # the same for a motion unlike the last ones: no wheels
+WHEEL_COST = 0.13  # of agreement, for each e-fold of a motion unlike the wheels': wheels slip
+MOTION_COST = 0.05  # the same for a motion unlike the last ones: no wheels
 AGE_HANDICAP = 0.05  # of a past motion, for each step since: no wheels
 RETURN_HANDICAP = 0.3  # of the pose that goes on from a refused match: wheels jump
 SURE_SCORE_ALONE = 0.8  # without wheels: a match that scores as much needs no search
@@ -38,6 +38,7 @@ LEAD_AGREEMENT = 0.6  # usual agreement below which the wheels lead: 30 % ghosts
 TIE = 0.01  # scores that differ by less are equal, and the first one wins: clean
 MARGIN = 0.05  # of agreement: matches that differ by less fit equally well
 MIN_AGREEMENT = 0.5  # a match that agrees less is doubtful
+MAX_STD = 0.2  # [m] of wheels along a free direction: worse ones leave the step doubtful
 
 # Score of a place (score)
 CLEARANCE = 0.3  # [m]: a beam must end this far behind a point to have looked through it

@@ -34,7 +34,7 @@ from labkit.odometry.record import (
     record_of_match,
 )
 from labkit.odometry.sanity import SanityLimits, prior_failures, unknown_std
-from labkit.odometry.scales import History
+from labkit.odometry.scales import History, growth_of
 from labkit.odometry.search import is_same_pose
 from labkit.odometry.wheels import believable_wheels, is_frozen
 from labkit.scan import Scan
@@ -128,7 +128,7 @@ class MapOdometry(Odometry[MapState]):
         history = state.history
         if target is None or len(scan) < MIN_PAIRS:
             record = no_match("older" if target is None else "newer")
-            return self.refuse(record, prior, history)
+            return self.refuse(record, prior, history, scales)
         motions = np.array([history.last_motion, *history.motions])
         expected = expect(T_map_last, prior, motions, scales, state.T_last_refused)
         leads = prior is not None and scales.agreement < LEAD_AGREEMENT
@@ -162,10 +162,15 @@ class MapOdometry(Odometry[MapState]):
             decision = Decision.CONFIRMED
         record = record_of_best(best, margin_of(best, matches), T_map_last, decision)
         if is_believed:
-            return believe(record, prior, self.parameters.limits)
-        return self.refuse(replace(record, led=leads), prior, history)
+            unexpected = prior is not None and not expected.holds(best.T)
+            return believe(
+                replace(record, unexpected=unexpected), prior, self.parameters.limits, scales
+            )
+        return self.refuse(replace(record, led=leads), prior, history, scales)
 
-    def refuse(self, record: StepRecord, prior: FloatArray | None, history: History) -> StepRecord:
+    def refuse(
+        self, record: StepRecord, prior: FloatArray | None, history: History, scales: Scales
+    ) -> StepRecord:
         """The same record, but with the prior; without one hold the last motion, or stand still."""
         increment = prior
         decision = Decision.PRIOR
@@ -181,7 +186,7 @@ class MapOdometry(Odometry[MapState]):
             increment=increment,
             decision=decision,
             reason=record.reason or why_refused(record),
-            evidence=Evidence(unknown_std(prior, self.parameters.limits)),
+            evidence=Evidence(unmatched_std(prior, self.parameters.limits, scales)),
         )
 
 
@@ -224,15 +229,27 @@ def record_of_best(
     return replace(record, agreement=best.agreement, score=best.score, margin=margin)
 
 
-def believe(record: StepRecord, prior: FloatArray | None, limits: SanityLimits) -> StepRecord:
+def believe(
+    record: StepRecord, prior: FloatArray | None, limits: SanityLimits, scales: Scales
+) -> StepRecord:
     """The record of a match that is believed, also where it lies against the prior."""
     reasons = [] if prior is None else prior_failures(record.increment, prior, limits)
     against_prior = bool(reasons)
+    if record.unexpected and not against_prior:
+        reasons.append("far from the wheels, by what they usually err")
     if record.ambiguous:
         reasons.append(f"ambiguous: the scan fits elsewhere, too ({record.margin:+.3f})")
-    evidence = record.evidence._replace(std=unknown_std(prior, limits))
+    evidence = record.evidence._replace(std=unmatched_std(prior, limits, scales))
     reason = ", ".join(reasons)
     return replace(record, against_prior=against_prior, reason=reason, evidence=evidence)
+
+
+def unmatched_std(prior: FloatArray | None, limits: SanityLimits, scales: Scales) -> FloatArray:
+    """Standard deviation (3,) of what no match tells: the wheels' usual error, if there are any."""
+    if prior is None:
+        return unknown_std(None, limits)
+    shift = growth_of(prior) * scales.wheel_shift
+    return np.array([shift, shift, growth_of(prior) * scales.wheel_turn])
 
 
 def why_ignored(told: FloatArray, scales: Scales) -> str:

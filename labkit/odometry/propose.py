@@ -45,7 +45,7 @@ class Expectation(NamedTuple):
     # by which a pose is judged; the others are only tried
     shift: float  # to either side: half of the window in which a match is expected [m]
     turn: float  # the same [rad]
-    max_cost: float  # of a pose that is unlike all
+    cost_scale: float  # c, of agreement: what a pose so unlike all costs that u = 1.7
     sure_score: float  # of a match that needs no search
     T_search: FloatArray  # (3, 3): the pose around which a search looks
     search_shift: float  # how far it looks at least [m]
@@ -70,9 +70,8 @@ class Expectation(NamedTuple):
         return bool(self.distance(T)[0] <= 1.0)
 
     def cost(self, T: FloatArray) -> float:
-        """The last term of (5.3): c u / (1 + u), u to the nearest pose."""
-        u = float(self.distance(T).min())
-        return self.max_cost * u / (1.0 + u)
+        """The last term of (5.3): c log(1 + u), u to the nearest pose; Cauchy's heavy tails."""
+        return self.cost_scale * math.log1p(float(self.distance(T).min()))
 
     def fill_free(self, T: FloatArray, observability: Information) -> FloatArray:
         """The pose T, moved to the likeliest expected pose along the directions that are free."""
@@ -115,7 +114,7 @@ def expect(
             handicap=np.asarray(AGE_HANDICAP * np.arange(len(poses)), np.float64),
             shift=USUAL_CHANGE[0],
             turn=USUAL_CHANGE[1],
-            max_cost=MOTION_COST,
+            cost_scale=MOTION_COST,
             sure_score=SURE_SCORE_ALONE if has_measured else math.inf,
             T_search=T_map_last,
             search_shift=SEARCH_FACTOR * float(np.hypot(motions[:, 0], motions[:, 1]).max()),
@@ -134,7 +133,7 @@ def expect(
         handicap=np.asarray(RETURN_HANDICAP * np.arange(len(starts)), np.float64),
         shift=shift,
         turn=turn,
-        max_cost=WHEEL_COST * min(1.0, LEAST_WHEEL_ERROR[0] / scales.wheel_shift),
+        cost_scale=WHEEL_COST * min(1.0, LEAST_WHEEL_ERROR[0] / scales.wheel_shift),
         sure_score=min(SURE_SCORE_ALONE, SURE_SCORE_AT_REST + SURE_SCORE_SLOPE * shift),
         T_search=poses[0],
         search_shift=WINDOW * shift,

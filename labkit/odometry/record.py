@@ -14,7 +14,7 @@ from labkit.correspondences import MIN_PAIRS, Correspondences, pairs_at
 from labkit.covariance import fuse
 from labkit.degeneracy import observability
 from labkit.line_alignment import Information
-from labkit.odometry.constants import MARGIN, MIN_AGREEMENT, MIN_SCORE, RANGE_STD
+from labkit.odometry.constants import MARGIN, MAX_STD, MIN_AGREEMENT, MIN_SCORE, RANGE_STD
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
@@ -147,6 +147,8 @@ class StepRecord:
         By how much the agreement exceeds that of the best match elsewhere; NaN if none was tried.
     against_prior : bool
         Whether the match lies beyond the limits around the prior, and was believed all the same.
+    unexpected : bool
+        Whether the match lies outside the wheels' window: three times what they usually err.
     led : bool
         Whether the wheels lead: the last scans fitted too little to be believed beside them.
     T_taken_refused : ndarray, shape (3, 3), or None
@@ -171,6 +173,7 @@ class StepRecord:
     score: float = math.nan
     margin: float = math.nan
     against_prior: bool = False
+    unexpected: bool = False
     led: bool = False
     T_taken_refused: FloatArray | None = field(default=None, repr=False)
     scales: Scales | None = None
@@ -190,21 +193,23 @@ class StepRecord:
     def is_doubtful(self) -> bool:
         """True if the step may be wrong.
 
-        It was not matched, or its match is ambiguous, agrees too little, lies against the prior,
-        or leaves a direction free that no prior told.
+        It was not matched, or its match is ambiguous, agrees too little, lies against the prior or
+        far from it, or leaves a direction free that no prior told, or only a poor one.
         """
         if self.decision is Decision.START:
             return False
-        is_unmeasured = self.degenerate and self.prior is None
+        is_unmeasured = self.degenerate and self.evidence.std[0] > MAX_STD
         is_weak = self.agreement < MIN_AGREEMENT or self.ambiguous
-        return not self.decision.matched or is_weak or self.against_prior or is_unmeasured
+        is_far = self.against_prior or self.unexpected
+        return not self.decision.matched or is_weak or is_far or is_unmeasured
 
     @cached_property
     def covariance(self) -> FloatArray:
         """Covariance (3, 3) of the increment, computed when it is first asked for.
 
         Censi's in the directions that the match sees. In those that it leaves free, and where
-        nothing was matched, a third of the limits is the standard deviation.
+        nothing was matched, the standard deviation is the wheels' usual error, or else a third of
+        the limits.
         """
         placement = self.evidence.placement
         if self.evidence.covariance is not None:

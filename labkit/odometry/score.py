@@ -1,12 +1,12 @@
 """Score of a match: how well the scan lies on the map, and how far the motion is from the expected.
 
-    s(T) = 1 − J(T) / h_δ(d_max) − ½ v(T) − c u(T) / (1 + u(T))                       (5.3)
+    s(T) = 1 − J(T) / h_δ(d_max) − ½ v(T) − c log(1 + u(T))                             (5.3)
 
 J is the cost (4.1), so the first two terms are 1 where all of the scan lies on the map, and 0 where
 none of it does. v is the share of the map's visible points that beams look through: a beam that
 ended at 5 m has seen that nothing stands at 3 m. u is the squared distance of the motion from the
-nearest expected one, over the error that is usual. It costs at most c: the scan can overrule the
-wheels, as it must where they jump or slip.
+nearest expected one, over half of the window. Its cost grows as slowly as a logarithm (a Cauchy
+density has heavy tails): the scan can overrule the wheels, as it must where they jump or slip.
 """
 
 from __future__ import annotations

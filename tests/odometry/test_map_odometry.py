@@ -24,7 +24,7 @@ from labkit.odometry.constants import HISTORY, RANGE_STD
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.map_odometry import MapState
 from labkit.odometry.record import Evidence
-from labkit.odometry.scales import History
+from labkit.odometry.scales import History, growth_of
 from labkit.parameters import ACCURATE
 from labkit.se2 import apply, from_xytheta, invert
 from labkit.simulation import (
@@ -268,6 +268,17 @@ def test_along_a_corridor_the_wheels_tell_the_way():
     np.testing.assert_allclose(record.increment[1:], MOTION[1:], atol=0.006)
 
 
+def test_along_a_corridor_poor_wheels_leave_the_step_doubtful():
+    older, newer = two_scans(corridor(), rng=1)
+    history = History(motions=(MOTION,), wheel_errors=((0.2, 0.01),) * HISTORY)
+    state = MapState(STILL, 1, LocalMap(Target(older)), Target(older), history)
+
+    record = MapOdometry().advance(state, newer, PRIOR)[0]
+
+    assert record.degenerate
+    assert record.is_doubtful
+
+
 def test_the_covariance_is_that_of_the_match_and_wide_without_one():
     older, newer = two_scans(room())
 
@@ -278,7 +289,8 @@ def test_the_covariance_is_that_of_the_match_and_wide_without_one():
     wide = np.diag(matched.evidence.std**2)
     expected = fuse(result, RANGE_STD, STILL, wide)[1]
     np.testing.assert_allclose(matched.covariance, expected, rtol=1e-9)
-    np.testing.assert_allclose(np.sqrt(unmatched.covariance[0, 0]), 0.75 / 3.0)
+    wheels_std = growth_of(PRIOR) * unmatched.scales.wheel_shift
+    np.testing.assert_allclose(np.sqrt(unmatched.covariance[0, 0]), wheels_std)
 
 
 def test_a_record_holds_no_more_points_than_its_scan_matched():
