@@ -41,7 +41,8 @@ class Log:
     Attributes
     ----------
     scans : sequence of Scan, length K
-        The scans, each in its own frame; `read_log` makes them when they are asked for.
+        The scans, each in its own frame; `read_log` makes them when they are asked for, and
+        returns the same object as long as somebody holds it.
     odometry, reference : ndarray, shape (K, 3), or None
         Poses of the scanner by raw wheel odometry, and by a better estimate (an optimised pose
         graph, a corrected log): rows (x [m], y [m], θ [rad]) with θ in (−π, π]. The odometry is

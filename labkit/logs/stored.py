@@ -1,14 +1,16 @@
 """Scans of a log in little memory: each is made of its ranges when it is asked for.
 
 The points of a scan take twice the memory of its ranges, and a long log is gone through scan by
-scan.
+scan. So a scan lives as long as somebody holds it, and the last few live on for the next match.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import overload
+from typing import Any, overload
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from labkit.scan import Scan, is_return
 from labkit.support.arrays import BoolArray, FloatArray
 
 Band = tuple[float, float]
+LAST_SCANS = 8  # scans that live on although nobody holds them
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, slots=True)
@@ -62,17 +65,38 @@ class StoredScan:
         return scan.select(~is_code) if is_code.any() else scan
 
 
-class StoredScans(Sequence[Scan]):
-    """A sequence of scans, made anew each time that they are asked for."""
+class MadeScans:
+    """The scans that were made and that somebody still holds, and those asked for last."""
 
-    def __init__(self, stored: Sequence[StoredScan | Scan]) -> None:
+    def __init__(self) -> None:
+        self._held = WeakValueDictionary[StoredScan, Scan]()
+        self._last = deque[Scan](maxlen=LAST_SCANS)
+
+    def scan_of(self, stored: StoredScan) -> Scan:
+        """The scan that was made of `stored`, or a new one."""
+        scan = self._held.get(stored)
+        if scan is None:
+            scan = self._held.setdefault(stored, stored.make())
+        self._last.append(scan)
+        return scan
+
+
+class StoredScans(Sequence[Scan]):
+    """A sequence of scans, each made when it is asked for; its slices share what was made."""
+
+    def __init__(self, stored: Sequence[StoredScan | Scan], made: MadeScans | None = None) -> None:
         self._stored = tuple(stored)
+        self._made = MadeScans() if made is None else made
 
     def __len__(self) -> int:
         return len(self._stored)
 
     def __repr__(self) -> str:
         return f"<{len(self)} scans>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Unpickled without the scans that were made: they are made anew there."""
+        return StoredScans, (self._stored,)
 
     @property
     def stamps(self) -> FloatArray:
@@ -87,9 +111,9 @@ class StoredScans(Sequence[Scan]):
 
     def __getitem__(self, index: int | slice) -> Scan | StoredScans:
         if isinstance(index, slice):
-            return StoredScans(self._stored[index])
+            return StoredScans(self._stored[index], self._made)
         stored = self._stored[index]
-        return stored if isinstance(stored, Scan) else stored.make()
+        return stored if isinstance(stored, Scan) else self._made.scan_of(stored)
 
 
 def within(ranges: FloatArray, bands: Sequence[Band]) -> BoolArray:

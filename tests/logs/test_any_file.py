@@ -229,15 +229,3 @@ def table_of(kind, rows):
     pairs = np.stack(np.broadcast_arrays(x, y), axis=-1)
     lines = (f"{k},{a:.2f},{b:.2f}\n" for k, scan in enumerate(pairs) for a, b in scan.tolist())
     return f"scan,{'angle,range' if kind == 'polar' else 'x,y'}\n{''.join(lines)}"
-
-
-def test_scans_are_made_anew_and_alike(save, text_of):
-    log = read_log(save(text_of("laser scan")))
-
-    again = [scan.points.tolist() for scan in log.scans]
-
-    assert again == [log.scans[k].points.tolist() for k in range(len(log))]
-    assert [scan.points.tolist() for scan in log.scans[2:-1]] == again[2:-1]
-    assert log.scans[-1].points.tolist() == again[-1]
-    with pytest.raises(IndexError):
-        log.scans[len(log)]
