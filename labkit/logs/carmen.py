@@ -38,7 +38,7 @@ from labkit.se2 import matrices_of, relative, to_xytheta, wrap
 from labkit.support.arrays import FloatArray
 from labkit.support.errors import LabkitError, LogError
 
-WORDS = frozenset({"FLASER", "ROBOTLASER1", "ODOM", "PARAM", "NEFF", "TRUEPOS", "RAWLASER1"})
+WORDS = frozenset({"FLASER", "ROBOTLASER1", "ODOM", "PARAM", "NEFF", "TRUEPOS"})
 USES = ("angles", "no_return", "laser_offset", "time_increment", "angle_unit", "blind_beams")
 FLASER_MAXIMUM = 81.8  # [m]
 MAX_MOUNT_DIFFERENCE = 0.1  # [m, rad]: largest difference of two lines that tell one mounting
@@ -155,7 +155,7 @@ def _parse_flaser(number: int, fields: Sequence[str], source: Source) -> LaserLi
     step = math.pi / (n if n % 2 == 0 else n - 1)
     angles = scanner.beams(n, -math.pi / 2, step, report)
     ranges = parse_numbers(fields[2 : n + 2], "range")
-    stamp = _parse_stamp(*fields[-3:])
+    stamp = parse_stamps(*fields[-3:])
     scan = scanner.scan(ranges, angles, report, stamp=stamp, band=(0.0, FLASER_MAXIMUM))
     return LaserLine(
         Sweep(number, scan),
@@ -166,10 +166,22 @@ def _parse_flaser(number: int, fields: Sequence[str], source: Source) -> LaserLi
 
 def parse_robotlaser(number: int, fields: Sequence[str], source: Source) -> LaserLine:
     """Read a line ``ROBOTLASER1``; `LabkitError` names what is damaged."""
+    sweep, poses = parse_beams(number, fields, 14, source)
+    return LaserLine(
+        sweep,
+        laser=parse_pose(poses[:3], "the laser pose"),
+        robot=parse_pose(poses[3:6], "the robot pose"),
+    )
+
+
+def parse_beams(
+    number: int, fields: Sequence[str], rest: int, source: Source
+) -> tuple[Sweep, Sequence[str]]:
+    """The sweep of a line with a scanner's configuration, and the `rest` of its fields."""
     scanner, report = source.scanner, source.report
     n = parse_count(fields, 8, "beams", at_least=1)
     m = parse_count(fields, n + 9, "remissions", at_least=0)
-    expect_fields(fields, n + m + 24, f"ROBOTLASER1 with {n} beams and {m} remissions")
+    expect_fields(fields, n + m + 10 + rest, f"{fields[0]} with {n} beams and {m} remissions")
     names = ("start angle", "field of view", "angular step", "maximum range")
     start, fov, step, declared = map(parse_finite, fields[2:6], names)
     unit = scanner.radians()
@@ -180,17 +192,12 @@ def parse_robotlaser(number: int, fields: Sequence[str], source: Source) -> Lase
     exact = (each for each in (fov / n, fov / max(n - 1, 1)) if abs(each - step) <= 1e-6)
     angles = scanner.beams(n, start, next(exact, step), report)
     ranges = parse_numbers(fields[9 : n + 9], "range")
-    stamp = _parse_stamp(*fields[-3:])
-    first = n + m + 10
+    stamp = parse_stamps(*fields[-3:])
     scan = scanner.scan(ranges, angles, report, stamp=stamp, band=(0.0, declared))
-    return LaserLine(
-        Sweep(number, scan),
-        laser=parse_pose(fields[first : first + 3], "the laser pose"),
-        robot=parse_pose(fields[first + 3 : first + 6], "the robot pose"),
-    )
+    return Sweep(number, scan), fields[n + m + 10 :]
 
 
-def _parse_stamp(ipc: str, host: str, logger: str) -> float:
+def parse_stamps(ipc: str, host: str, logger: str) -> float:
     """Time of the message [s]; the logger's clock if the message has none (0)."""
     ipc_stamp = parse_finite(ipc, f"the timestamp beside host {host[:30]!r}")
     return ipc_stamp or parse_finite(logger, f"the logger timestamp beside host {host[:30]!r}")
@@ -209,8 +216,7 @@ def read_wheels(source: Source) -> FloatArray:
         fields = text.split()
         try:
             if fields[:1] == ["ODOM"]:
-                expect_fields(fields, 10, "ODOM")
-                odom.append((_parse_stamp(*fields[-3:]), *parse_pose(fields[1:4], "the robot")))
+                odom.append(parse_odom(fields))
             elif line := _parse_line(number, text, source):
                 laser.append((line.sweep.scan.stamp, *line.robot))
         except LabkitError as damage:
@@ -218,6 +224,12 @@ def read_wheels(source: Source) -> FloatArray:
     if not odom and not laser:
         raise LogError(f"{source.report.file}: a carmen log without a pose of the robot")
     return np.array(odom or laser)
+
+
+def parse_odom(fields: Sequence[str]) -> tuple[float, float, float, float]:
+    """Time, x, y and θ of the robot by a line ``ODOM``."""
+    expect_fields(fields, 10, "ODOM")
+    return parse_stamps(*fields[-3:]), *parse_pose(fields[1:4], "the robot")
 
 
 def _is_carmen(source: Source) -> bool:

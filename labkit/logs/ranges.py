@@ -37,12 +37,10 @@ from labkit.logs.lines import (
 from labkit.logs.log import Content
 from labkit.logs.reader import Reader, Reading, Source, Sweep, Table, holds_values
 from labkit.logs.scanner import Scanner
-from labkit.support.arrays import FloatArray
 from labkit.support.errors import InvalidParameterError, LogError
 
 FEWEST_BEAMS = 4
 MAX_UNEVENNESS = 0.5  # of a step: directions may be rounded
-FEWEST_POSITIVE = 30  # beams: the ranges of so many hardly ever run evenly, even along a wall
 FIRST_ROWS = 50  # tell whether rows end in a comma
 LEFT_OUT = HARMLESS | {"frame_id"}
 ENDS = (0, 1, 2, 3, -4, -3, -2, -1)  # columns in which a clock or a pose may stand
@@ -194,33 +192,21 @@ def _suspect_other_columns(sweeps: Sequence[Sweep], report: DamageReport) -> Non
 
 
 def _refuse_directions(rows: Sequence[tuple[int, Sequence[str]]], file: str) -> None:
-    """Raise `LogError` for a first row that runs evenly through zero: no ranges do.
-
-    Above zero a row of many beams is refused, if the row below it does not run evenly, too.
-    """
+    """Raise `LogError` for a first row that alone runs evenly, as directions of beams do."""
     line, row = rows[0]
-    numbers = _finite_numbers(row)
-    if not _runs_evenly(numbers):
-        return
-    below = rows[1][1] if len(rows) > 1 else row
-    is_odd = len(numbers) >= FEWEST_POSITIVE and not _runs_evenly(_finite_numbers(below))
-    if numbers.min() < 0.0 < numbers.max() or is_odd:
+    if len(rows) > 1 and _runs_evenly(row) and not _runs_evenly(rows[1][1]):
         raise LogError(
-            f"{file}:{line}: the numbers run evenly from {numbers[0]:g} to {numbers[-1]:g}, as "
-            f"directions of beams do, and ranges do not; take the row out, and pass its ends in "
-            f"radians as `angles` (`--angles`)"
+            f"{file}:{line}: the numbers run evenly from {row[0]} to {row[-1]}, as directions of "
+            f"beams do, and ranges do not; take the row out, and pass its ends in radians as "
+            f"`angles` (`--angles`)"
         )
 
 
-def _finite_numbers(row: Sequence[str]) -> FloatArray:
-    numbers = np.array([float(field) for field in row if is_number(field)])
-    return np.asarray(numbers[np.isfinite(numbers)])
-
-
-def _runs_evenly(numbers: FloatArray) -> bool:
-    """True if the numbers rise or fall by one step, but for rounding."""
-    if len(numbers) < FEWEST_BEAMS or numbers[0] == numbers[-1]:
+def _runs_evenly(row: Sequence[str]) -> bool:
+    """True if the numbers of a row rise or fall by one step, but for rounding."""
+    if not all(map(is_number, row)) or row[0] == row[-1]:
         return False
+    numbers = np.array(row, dtype=np.float64)
     even = np.linspace(numbers[0], numbers[-1], len(numbers))
     step = abs(even[1] - even[0])
     return bool((np.abs(numbers - even) <= MAX_UNEVENNESS * step).all())

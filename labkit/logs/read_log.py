@@ -10,7 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from labkit.logs import array_files, carmen, g2o, json_lines, points, ranges, ros_echo, rosbag
+from labkit.logs import (
+    array_files,
+    carmen,
+    carmen_raw,
+    g2o,
+    json_lines,
+    points,
+    ranges,
+    ros_echo,
+    rosbag,
+)
 from labkit.logs.doubts import make_scans
 from labkit.logs.lines import DamageReport, shorten
 from labkit.logs.log import Log
@@ -27,6 +37,7 @@ from labkit.support.extras import MissingExtraError
 READERS: tuple[Reader, ...] = (  # the first that recognises a file reads it
     rosbag.READER,
     array_files.READER,
+    carmen_raw.READER,
     g2o.READER,
     carmen.READER,
     json_lines.READER,

@@ -97,7 +97,7 @@ def read(source: Source) -> Reading:
         if scans is None:
             raise LogError(
                 f"{report.file}: a bag without any scan, expected {LASER_SCAN} messages; "
-                f"{_held(bag)}"
+                f"{_list_topics(bag)}"
             )
         odometry = _choose(bag, (ODOMETRY,), options.odometry_topic, "odometry_topic", report.file)
         transforms = Transforms()
@@ -136,11 +136,11 @@ def read_wheels(source: Source) -> FloatArray:
         ]
         motion = find_motion(on_odometry[0], transforms) if len(on_odometry) == 1 else None
         if motion is None:
-            raise LogError(f"{report.file}: a bag without wheels; {_held(bag)}")
+            raise LogError(f"{report.file}: a bag without wheels; {_list_topics(bag)}")
         return motion.track
 
 
-def _held(bag: Bag) -> str:
+def _list_topics(bag: Bag) -> str:
     """A clause on the topics of a bag."""
     held = (f"{each.name} ({each.msgtype}, {count})" for each, count in bag.counts().items())
     return f"it holds {', '.join(held) or 'nothing'}"
@@ -194,7 +194,7 @@ def _first(bag: Bag, topic: Topic, report: DamageReport, field: str) -> str:
 
 
 def _read_transforms(bag: Bag, topic: Topic, report: DamageReport, transforms: Transforms) -> None:
-    for number, _, message in _decoded(bag, topic, report):
+    for number, _, message in _decode_messages(bag, topic, report):
         try:
             for transform in read_transforms(message):
                 transforms.add(transform)
@@ -262,7 +262,9 @@ def _choose(
     return topics.get(wanted or next(iter(topics), ""))
 
 
-def _decoded(bag: Bag, topic: Topic, report: DamageReport) -> Iterator[tuple[int, float, Any]]:
+def _decode_messages(
+    bag: Bag, topic: Topic, report: DamageReport
+) -> Iterator[tuple[int, float, Any]]:
     """Number, time of the bag [s] and message of a topic."""
     connections = [c for c in bag.reader.connections if (c.topic, c.msgtype) == topic]
     stream = enumerate(bag.reader.messages(connections=connections), 1)
@@ -285,7 +287,7 @@ def _messages(bag: Bag, topic: Topic, report: DamageReport) -> Iterator[tuple[in
 
     Where no header has a time, that of the bag counts. A simulation's clock begins at 0.
     """
-    stream = _decoded(bag, topic, report)
+    stream = _decode_messages(bag, topic, report)
     start = list(islice(stream, MESSAGES_OF_A_START))
     is_stamped = any(_header_stamp(message) for _, _, message in start)
     for number, arrival, message in chain(start, stream):

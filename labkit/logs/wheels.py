@@ -52,7 +52,7 @@ def read_table(source: Source) -> FloatArray:
         if not row:
             continue
         if not places:
-            columns = columns or _untitled(row, report.file)
+            columns = columns or _usual_columns(row, report.file)
             places = _places(columns, report.file)
             clocks = choose_clocks(columns)
         try:
@@ -78,7 +78,7 @@ def in_seconds(track: FloatArray, source: Source) -> FloatArray:
     return np.column_stack([track[:, 0] / round(1.0 / unit), track[:, 1:]])
 
 
-def _untitled(row: Sequence[str], file: str) -> list[Column]:
+def _usual_columns(row: Sequence[str], file: str) -> list[Column]:
     if len(row) not in UNTITLED:
         raise LogError(
             f"{file}: {len(row)} columns without titles; poses have "
