@@ -207,6 +207,8 @@ def _runs_evenly(row: Sequence[str]) -> bool:
     if not all(map(is_number, row)) or row[0] == row[-1]:
         return False
     numbers = np.array(row, dtype=np.float64)
+    if not np.isfinite(numbers).all():
+        return False
     even = np.linspace(numbers[0], numbers[-1], len(numbers))
     step = abs(even[1] - even[0])
     return bool((np.abs(numbers - even) <= MAX_UNEVENNESS * step).all())
