@@ -147,10 +147,10 @@ const make = (tag, attributes = {}, ...children) => {
     // opens it.
     const unfold = () => {
       const target = document.getElementById(location.hash.slice(1));
-      let fold = target?.closest("details");
-      while (fold) {
-        fold.open = true;
-        fold = fold.parentElement.closest("details");
+      let details = target?.closest("details");
+      while (details) {
+        details.open = true;
+        details = details.parentElement.closest("details");
       }
       target?.scrollIntoView();
     };
@@ -158,8 +158,8 @@ const make = (tag, attributes = {}, ...children) => {
       changeAll(".bd-article > section dl.py:not(dl.py dl.py) > dd", (node) => {
         const rest = [...node.children].slice(1);
         const name = node.previousElementSibling.querySelector(".descname").textContent;
-        const fold = make("details", {}, make("summary", {}, `More on ${name}`), ...rest);
-        if (rest.length) node.append(fold);
+        const details = make("details", {}, make("summary", {}, `More on ${name}`), ...rest);
+        if (rest.length) node.append(details);
       });
       if (location.hash) unfold();
       addEventListener("hashchange", unfold);

@@ -160,13 +160,13 @@
       nodes: [make("span", { textContent: "Click in the picture above, or type:" }), ...labels],
       inputs,
       read: () => (place().some(Number.isNaN) ? "" : place().join(", ")),
-      write: (place) => {
-        place.split(", ").forEach((percent, i) => (inputs[i].value = percent));
-        if (place === "") inputs[1].value = "";
+      write: (entry) => {
+        entry.split(", ").forEach((percent, i) => (inputs[i].value = percent));
+        if (entry === "") inputs[1].value = "";
         draw();
       },
-      verdict: (place) => {
-        ring.hidden = place === "";
+      verdict: (entry) => {
+        ring.hidden = entry === "";
         const { width, height } = picture?.getBoundingClientRect() ?? { width: 1, height: 1 };
         const [dx, dy] = place().map(
           (percent, i) => (percent - rightPlace[i]) * [1, height / (width || 1)][i],

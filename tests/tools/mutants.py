@@ -160,8 +160,10 @@ def tests_of(file: str, part: str) -> list[str]:
     """The file's examples and own tests, then the tests that import it, then its part's."""
     path = Path(file)
     tests = [test for test in TRACKED if re.fullmatch(PARTS[part][1], test)]
-    if part == "js":  # those of the same name or folder first
+    if part == "js":  # those of the same name or folder first; of what mirrors labkit, Node's
         words = {path.stem.rstrip("s"), path.parent.name, path.stem.partition("_")[0]}
+        if "mirrors labkit" in (ROOT / file).read_text("utf-8"):
+            words = {"interactive"}
         return sorted(tests, key=lambda test: -sum(word[:5] in test for word in words))
     own = [test for test in tests if test.endswith(f"/test_{path.name}")]
     import_line = re.compile(rf"(?m)^(?:from|import) .*\b{path.stem}\b")

@@ -364,7 +364,7 @@ class ExplorerView extends View {
     this.farther.disabled = this.plane.zoom === 1;
     this.start.disabled = this.number() === 0;
     this.step.disabled = this.end.disabled = this.number() === this.last();
-    for (const [name, button] of Object.entries(this.modes)) button.set(this.plane.mode === name);
+    for (const [name, mode] of Object.entries(this.modes)) mode.set(this.plane.mode === name);
     this.draw();
   }
 
