@@ -41,6 +41,7 @@ from labkit.support.errors import InvalidParameterError, LogError
 
 FEWEST_BEAMS = 4
 MAX_UNEVENNESS = 0.5  # of a step: directions may be rounded
+MANY_BEAMS = 9  # whose ranges hardly ever run evenly
 FIRST_ROWS = 50  # tell whether rows end in a comma
 LEFT_OUT = HARMLESS | {"frame_id"}
 ENDS = (0, 1, 2, 3, -4, -3, -2, -1)  # columns in which a clock or a pose may stand
@@ -204,7 +205,7 @@ def _refuse_directions(rows: Sequence[tuple[int, Sequence[str]]], file: str) -> 
 
 def _runs_evenly(row: Sequence[str]) -> bool:
     """True if the numbers of a row rise or fall by one step, but for rounding."""
-    if not all(map(is_number, row)) or row[0] == row[-1]:
+    if len(row) < MANY_BEAMS or not all(map(is_number, row)) or row[0] == row[-1]:
         return False
     numbers = np.array(row, dtype=np.float64)
     if not np.isfinite(numbers).all():
