@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from labkit import Scan, Target, align, apply, filters, icp, invert, se2, transform
+from labkit import Target, align, apply, invert, transform
 from labkit.course.exercises import exercise
 from labkit.simulation import Lidar, cast, room
 
@@ -90,30 +90,3 @@ def match_by_median_gate(source, target, T_init):
         dT = align(moved[near], target[index[near]])
         T = dT @ T
     return T
-
-
-def _masts():
-    T_true, pairs = transform(0.2, 0.1, 0.05), []
-    for seed in range(3):
-        rng = np.random.default_rng(seed)
-        T = transform(0.5, -0.4, 0.3 * seed)
-        pairs.append(tuple(_behind_a_mast(each, rng) for each in (T @ T_true, T)))
-    clean = filters.Preprocessing(range_min=0.4, voxel_size=0.1)
-    return {"three pairs of scans behind a mast": (pairs, T_true, clean)}
-
-
-def _behind_a_mast(T, rng):
-    scan = cast(room(), T, Lidar(beam_count=181), rng=rng)
-    ranges = np.array(scan.ranges)
-    ranges[:60] = 0.25 + rng.normal(0.0, 0.01, 60)
-    return Scan.from_ranges(ranges, scan.angles)
-
-
-@exercise("A mast in the way", _masts, {
-    "The scans are matched as they are: `clean` each.": {"clean(a), clean(b)": "a, b"},
-    "This is the mean; one failed match would decide it alone.": {"np.median": "np.mean"},
-})
-def typical_error(pairs, T_true, clean):
-    """The median is not moved by a match that fails."""
-    ends = np.array([icp(clean(a), clean(b)).T_target_source for a, b in pairs])
-    return np.median(np.hypot(*se2.relative(T_true, ends)[:, :2, 2].T))

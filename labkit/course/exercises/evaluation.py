@@ -27,26 +27,6 @@ def looks_worse(bad, good):
     return np.mean((bad[:, None] > good) + 0.5 * (bad[:, None] == good))
 
 
-def _figures():
-    rng = np.random.default_rng(8)
-    good, bad = rng.gamma(2.0, 1.0, 400), rng.gamma(5.0, 1.2, 90)
-    return {f"{alarms:.0%} false alarms": (good, bad, alarms) for alarms in (0.05, 0.2)}
-
-
-@exercise("A threshold, and what it catches", _figures, {
-    "The threshold is taken from the bad ones; the false alarms are among the good.":
-        {"quantile(good": "quantile(bad"},
-    "So nearly all good ones raise an alarm: the threshold is their upper quantile.":
-        {"1 - alarms": "alarms"},
-    "The share is taken as a percentage: `np.percentile` takes 100 times what `np.quantile` takes.":
-        {"np.quantile": "np.percentile"},
-}, tolerance=0.02)  # each threshold that parts the good ones so is right
-def caught_share(good, bad, alarms):
-    """A quantile of the good ones."""
-    least = np.quantile(good, 1 - alarms)
-    return least, (bad > least).mean()
-
-
 def _turn_first(T, step):
     turn = step.copy()
     turn[:2, 2] = 0.0

@@ -14,7 +14,7 @@ from labkit import transform as T2
 from labkit.correspondences import huber_loss
 from labkit.course.exercises import exercises
 from labkit.course.exercises.graph import linearise
-from labkit.se2 import relative, rotation
+from labkit.se2 import rotation
 
 
 def rounds(p, q, T, update, count=15, gate=None):
@@ -108,7 +108,6 @@ WRONG = [
     ("truncated_square", "on the gate", lambda r, d: (np.minimum(r, d) ** 2, r < d)),
     ("mutual_pairs", "not its partner", lambda p, q: ((t := Target(q).search.query(p)[0]), Target(p).search.query(q)[0][t] == t)[1]),
     ("match_by_median_gate", "wrong side", lambda p, q, T: rounds(p, q, T, lambda d, T: T @ d, 60, gate=lambda d: 3 * np.median(d))),
-    ("typical_error", "as they are", lambda x, T, f: np.median([np.linalg.norm(relative(T, icp(a, b).T_target_source)[:2, 2]) for a, b in x])),
     ("cost_of", "kept pairs", lambda d, g, o, h: cost(d, g, int(o * len(d)), h, int(o * len(d)))),
     ("cost_of", "nearest number", lambda d, g, o, h: cost(d, g, round(o * len(d)), h, len(d))),
     ("colleagues_icp", "wrong order", bug),
@@ -129,12 +128,10 @@ WRONG = [
     ("best_start", "smallest cost of all", lambda c, ok: c.argmin()),
     ("looks_worse", "exchanged", lambda b, g: share(g, b)),
     ("looks_worse", "counts fully", lambda b, g: share(b, g, 1.0)),
-    ("caught_share", "from the bad", lambda g, b, a: (Q(b, 1 - a), (b > Q(b, 1 - a)).mean())),
     ("closing_gap", "same axes", lambda s: (np.hypot(*s.sum(0)[:2]), abs(wrap(s.sum(0)[2])))),
     ("stretch_errors", "world", lambda e, r, n: np.hypot(*(e[n:] - e[:-n] - (r[n:] - r[:-n]))[:, :2].T)),
     ("edge_error", "world's axes", lambda i, j, z: edge(i, j, z, turn=0.0)),
     ("edge_error", "wrap the error itself", lambda i, j, z: np.append(edge(i, j, z)[:2], wrap(j[2] - i[2]) - z[2])),
-    ("caught_share", "", lambda g, b, a: (1.05 * Q(g, 1 - a), (b > 1.05 * Q(g, 1 - a)).mean())),
 ]
 RIGHT = [
     ("turn_about", lambda c, a: (T2(*c, 0) @ T2(0, 0, a) @ T2(*-c, 0)).astype(np.float32)),
@@ -152,7 +149,5 @@ RIGHT = [
     ("line_matrix", lambda p, n, w: lines(p, n, 7 * w)),
     ("apparent_step", lambda s, p: (s + p / 2) % p - p / 2),
     ("best_start", lambda c, ok: float(np.flatnonzero(ok)[c[ok].argmin()]) if ok.any() else -1),
-    ("caught_share", lambda g, b, a: (Q(g, 1 - a, method="lower"), (b > Q(g, 1 - a, method="lower")).mean())),
-    ("caught_share", lambda g, b, a: [np.sort(g)[-int(a * len(g)) - 1], (b > np.sort(g)[-int(a * len(g)) - 1]).mean()]),
 ]
 # fmt: on

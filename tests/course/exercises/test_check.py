@@ -227,7 +227,6 @@ def test_the_time_of_a_compiler_is_not_counted(monkeypatch):
         ("mutual_pairs", "return p[np.array([0.5])]", "are indices and distances exchanged?"),
         ("align_in_space", "return np.eye(3)", "it returned R alone, expected (R, t)"),
         ("icp_by_hand", "return np.eye(2)", "it returned R alone, expected (R, t)"),
-        ("typical_error", "return 0.1", "clean = a Preprocessing: got 0.1"),
         (
             "truncated_square",
             "return np.minimum(a, b) ** 2, 0.5 * a",
