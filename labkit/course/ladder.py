@@ -150,9 +150,9 @@ def read_class(folder: str | os.PathLike[str]) -> list[Rung]:
                 try:
                     rungs.append(_rung(row))
                 except (KeyError, TypeError, ValueError) as error:
-                    wanted = f"a rung has {', '.join(COLUMNS)}; write the file with `write_rungs`"
+                    hint = f"a rung has {', '.join(COLUMNS)}; write the file with `write_rungs`"
                     place = f"{file}:{lines.line_num}"
-                    raise LogError(f"{place}: {wanted}, got {list(row.values())}") from error
+                    raise LogError(f"{place}: {hint}, got {list(row.values())}") from error
     return rungs
 
 
@@ -173,10 +173,10 @@ def class_table(rungs: Sequence[Rung]) -> Table:
     """
     names = sorted({rung.rung for rung in rungs})
     rows = []
-    for (student, log, first), found in _by_stretch(rungs).items():
-        drifts = [f"{found[name].drift:.2f}" if name in found else "" for name in names]
-        last = found[max(found)]
-        rows.append([student, f"{log} {first}", *drifts, f"{last.end:.1f}"])
+    for (student, log, first), by_name in _by_stretch(rungs).items():
+        drifts = [f"{by_name[name].drift:.2f}" if name in by_name else "" for name in names]
+        last_rung = by_name[max(by_name)]
+        rows.append([student, f"{log} {first}", *drifts, f"{last_rung.end:.1f}"])
     return Table.of(["student", "from", *names, "last end [m]"], rows)
 
 

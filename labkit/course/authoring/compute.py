@@ -61,13 +61,18 @@ def draw_case(entry: question, id: str, about: str, recipe: Recipe, rng: Rng) ->
     The answers of mistakes that do are left out: they are others on each machine. Raises
     `LabkitError` if no draw will do, as where the solution and its oracle disagree.
     """
-    asked, rights, why = entry.asked_for, entry.apply_edits({}), ""
-    is_exact, drawn = (True, recipe.drawn) if isinstance(recipe, Exact) else (False, recipe)
+    asked_question = entry.asked_for
+    rights = entry.apply_edits({})
+    objection = ""
+    is_exact = isinstance(recipe, Exact)
+    drawn = recipe.drawn if isinstance(recipe, Exact) else recipe
     for _ in range(TRIES):
         arguments = drawn(rng) if callable(drawn) else drawn
         arguments = arguments if is_exact else rounded(arguments)
         expected = rounded(answers(rights, arguments))
-        sizes = [np.nan_to_num(np.abs(read(asked.answer, one))).max() for one in expected]
+        sizes = [
+            np.nan_to_num(np.abs(read(asked_question.answer, value))).max() for value in expected
+        ]
         case = Case(
             id=id,
             hidden=id.startswith("h"),
@@ -81,48 +86,52 @@ def draw_case(entry: question, id: str, about: str, recipe: Recipe, rng: Rng) ->
         single = in_single_precision(arguments)
         again = entry.answers_of_mistakes(single)
         if not agree(entry, case, entry.oracles, arguments):
-            why = f"the solution and its oracle disagree, as for {arguments}"
+            objection = f"the solution and its oracle disagree, as for {arguments}"
         elif not agree(entry, strict, rights, single):
-            why = "its answer hangs on a rounding; ease its recipe"
+            objection = "its answer hangs on a rounding; ease its recipe"
         else:
             steady = {
-                id: wrong
-                for id, wrong in case.mistaken.items()
-                if id in again and all(is_answer_of(id, asked, case, one) for one in again[id])
+                id: answers_of
+                for id, answers_of in case.mistaken.items()
+                if id in again
+                and all(is_answer_of(id, asked_question, case, value) for value in again[id])
             }
             return replace(case, mistaken=steady)
-    raise LabkitError(f"no draw of {asked.id}, {about!r}, will do: {why}")
+    raise LabkitError(f"no draw of {asked_question.id}, {about!r}, will do: {objection}")
 
 
 def agree(entry: question, case: Case, functions: Sequence[Function], arguments: Arguments) -> bool:
     """True if each function has the answer of its reading of the question."""
-    found = answers(functions, arguments)
-    return bool(found) and all(
-        is_right(entry.asked_for, replace(case, expected=(wanted,)), one)
-        for wanted, one in zip(case.expected, found, strict=False)
+    results = answers(functions, arguments)
+    return bool(results) and all(
+        is_right(entry.asked_for, replace(case, expected=(expected_value,)), value)
+        for expected_value, value in zip(case.expected, results, strict=False)
     )
 
 
 def objection_to(entry: question, cases: Sequence[Case]) -> str:
     """The mistake that these cases do not call by its name, or hardly charge; empty for none."""
-    for one in entry.known:
-        for outcomes in outcomes_of(one.id, cases):
+    for value in entry.known:
+        for outcomes in outcomes_of(value.id, cases):
             verdict = assess(entry.asked_for, cases, outcomes)
-            if verdict.misconception != one.id:
-                return f"{one.id} is taken for {verdict.misconception or 'none'}; add a case"
+            if verdict.misconception != value.id:
+                return f"{value.id} is taken for {verdict.misconception or 'none'}; add a case"
             if verdict.score > MOST * entry.points:
-                kept = f"{verdict.score:g} of {entry.points:g} points"
-                return f"{one.id} keeps {kept}; add hidden cases that it fails"
+                points_kept = f"{verdict.score:g} of {entry.points:g} points"
+                return f"{value.id} keeps {points_kept}; add hidden cases that it fails"
     return ""
 
 
 def outcomes_of(id: str, cases: Sequence[Case]) -> list[list[Outcome]]:
     """Outcomes of a mistake, one for each way that it can come out."""
-    ways = range(max(len(case.mistaken.get(id, ())) for case in cases))
+    variants = range(max(len(case.mistaken.get(id, ())) for case in cases))
     failed = Outcome(status=Status.RAISED, error="ValueError")
     return [
-        [Outcome(value=case.mistaken[id][way]) if id in case.mistaken else failed for case in cases]
-        for way in ways
+        [
+            Outcome(value=case.mistaken[id][variant]) if id in case.mistaken else failed
+            for case in cases
+        ]
+        for variant in variants
     ]
 
 
@@ -139,10 +148,10 @@ def in_single_precision(arguments: Arguments) -> Arguments:
 def rounded(value: Any, decimals: int = 12) -> Any:
     """The value as plain data with few digits: what is left does not hang on the machine."""
     if isinstance(value, dict):
-        return {id: rounded(one, decimals) for id, one in value.items()}
+        return {id: rounded(value, decimals) for id, value in value.items()}
     value = plain(value)
     if isinstance(value, tuple):
-        return tuple(rounded(one, decimals) for one in value)
+        return tuple(rounded(value, decimals) for value in value)
     if isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
         return np.round(value, decimals) + 0.0
     return value

@@ -81,9 +81,9 @@ class question(exercise):
     @cached_property
     def asked_for(self) -> Question:
         """The question as the grading knows it."""
-        given = ("answer", "chapter", "unit", "low", "high")
+        fields = ("answer", "chapter", "unit", "low", "high")
         return self.as_question(
-            **{name: getattr(self, name) for name in given},
+            **{name: getattr(self, name) for name in fields},
             points=float(self.points),
             task=self.task.strip(),
             docstring=inspect.cleandoc(self.right.__doc__ or "") + "\n",
@@ -92,11 +92,11 @@ class question(exercise):
     @property
     def hidden_rows(self) -> Iterator[tuple[str, str, Recipe]]:
         """Group, text and recipe of each hidden case; one without a group is one by itself."""
-        for name, one in self.hidden.items():
-            if isinstance(one, Mapping):
-                yield from ((name, about, drawn) for about, drawn in one.items())
+        for name, value in self.hidden.items():
+            if isinstance(value, Mapping):
+                yield from ((name, about, drawn) for about, drawn in value.items())
             else:
-                yield "", name, one
+                yield "", name, value
 
     @property
     def oracles(self) -> Sequence[Function]:

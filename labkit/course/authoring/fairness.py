@@ -30,35 +30,35 @@ def refuse_unseen_mistakes(
     entry: question, visible: Sequence[Case], hidden: Sequence[Case]
 ) -> None:
     """Raise `LabkitError` where a wrong function passes all visible cases, and loses points."""
-    for says, wrong in wrong_functions(entry):
-        if passes(entry, wrong, visible) and not passes(entry, wrong, hidden):
+    for about, function in wrong_functions(entry):
+        if passes(entry, function, visible) and not passes(entry, function, hidden):
             raise LabkitError(
-                f"{entry.right.__name__}: {says} passes all visible cases and loses points; "
+                f"{entry.right.__name__}: {about} passes all visible cases and loses points; "
                 f"add a visible case that it fails"
             )
 
 
 def wrong_functions(entry: question) -> Iterator[tuple[str, Function]]:
     """The known mistakes, and the slips in the solution, with words for each."""
-    for one in entry.known:
-        for way in entry.ways(one):
-            yield f"the known mistake {one.id!r}", way
-    right = sources_of(entry.right)
-    for source in slips(right):
+    for mistake in entry.known:
+        for variant in entry.ways(mistake):
+            yield f"the known mistake {mistake.id!r}", variant
+    solution = sources_of(entry.right)
+    for source in slips(solution):
         with suppress(SyntaxError):
-            changed = set(source.splitlines()) - set(right.splitlines())
-            says = f"the slip {' '.join(line.strip() for line in changed)!r}"
-            yield says, definitions_of(source, entry.right)[entry.right.__name__]
+            changed = set(source.splitlines()) - set(solution.splitlines())
+            about = f"the slip {' '.join(line.strip() for line in changed)!r}"
+            yield about, definitions_of(source, entry.right)[entry.right.__name__]
 
 
 def passes(entry: question, function: Function, cases: Sequence[Case]) -> bool:
     """True if a function is right in all cases; what it raises is no answer."""
     for case in cases:
         try:
-            found = answers([function], copy.deepcopy(case.arguments))
+            results = answers([function], copy.deepcopy(case.arguments))
         except Exception:  # a slip can end in any
             return False
-        if not found or not is_right(entry.asked_for, case, found[0]):
+        if not results or not is_right(entry.asked_for, case, results[0]):
             return False
     return True
 

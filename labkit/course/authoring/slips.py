@@ -29,37 +29,39 @@ def slips(source: str) -> Iterator[str]:
     lines = [0, *accumulate(map(len, code.splitlines(keepends=True)))]
     for node in ast.walk(ast.parse(source).body[-1]):
         if isinstance(node, ast.expr):
-            before = code[: lines[node.lineno - 1] + node.col_offset].decode()
-            after = code[lines[(node.end_lineno or 0) - 1] + (node.end_col_offset or 0) :].decode()
-            for wrong in _slips_at(node):
-                yield f"{before}({wrong}){after}"
+            head = code[: lines[node.lineno - 1] + node.col_offset].decode()
+            tail = code[lines[(node.end_lineno or 0) - 1] + (node.end_col_offset or 0) :].decode()
+            for slip in _slips_at(node):
+                yield f"{head}({slip}){tail}"
 
 
 def _slips_at(node: ast.expr) -> Iterator[str]:
     """Nodes that may stand in place of a node."""
     match node:
-        case ast.BinOp(one, sign, other) | ast.Compare(one, [sign], [other]) if type(sign) in SIGNS:
-            yield from _of_signs(node, SIGNS[type(sign)], text(one), text(other))
+        case ast.BinOp(left_side, sign, right_side) | ast.Compare(
+            left_side, [sign], [right_side]
+        ) if type(sign) in SIGNS:
+            yield from _of_signs(node, SIGNS[type(sign)], text(left_side), text(right_side))
         case ast.Call(function):
             yield from _of_calls(node, text(function))
         case ast.UnaryOp():
             yield text(node.operand)
         case ast.Attribute(matrix, "T"):
             yield text(matrix)
-        case ast.Tuple([one, other], ast.Load()):
-            yield f"{text(other)}, {text(one)}"
+        case ast.Tuple([left_side, right_side], ast.Load()):
+            yield f"{text(right_side)}, {text(left_side)}"
         case ast.Constant(int() | float() as number):
             yield f"{number - 1}"
             yield f"{number + 1}"
 
 
-def _of_signs(node: ast.expr, sign: str, one: str, other: str) -> Iterator[str]:
+def _of_signs(node: ast.expr, sign: str, left_side: str, right_side: str) -> Iterator[str]:
     for taken in TAKEN_FOR.get(sign, "").split():
-        yield f"({one}) {taken} ({other})"
+        yield f"({left_side}) {taken} ({right_side})"
     if isinstance(node, ast.BinOp):
-        yield f"({other}) {sign} ({one})"
-        yield one
-        yield other
+        yield f"({right_side}) {sign} ({left_side})"
+        yield left_side
+        yield right_side
 
 
 def _of_calls(call: ast.Call, called: str) -> Iterator[str]:
@@ -70,5 +72,5 @@ def _of_calls(call: ast.Call, called: str) -> Iterator[str]:
     if len(call.args) == 2:
         yield text(ast.Call(call.func, call.args[::-1], call.keywords))
     for word in call.keywords:
-        rest = [each for each in call.keywords if each is not word]
+        rest = [keyword for keyword in call.keywords if keyword is not word]
         yield text(ast.Call(call.func, call.args, rest))

@@ -65,15 +65,15 @@ def write_assignment(
         oracle disagree, or if the cases are not fair: see `fairness`.
     """
     visible, drawn = dict[str, Sequence[Case]](), dict[str, Sequence[Case]]()
-    for one in show_progress(questions, "drawing", unit="question"):
-        id = one.right.__name__
-        visible[id] = visible_cases(one)
-        drawn[id] = hidden_cases(one, visible[id], secret=secret)
-        refuse_unseen_mistakes(one, visible[id], drawn[id])
-        refuse_slow_cases(one, (*visible[id], *drawn[id]))
+    for entry in show_progress(questions, "drawing", unit="question"):
+        id = entry.right.__name__
+        visible[id] = visible_cases(entry)
+        drawn[id] = hidden_cases(entry, visible[id], secret=secret)
+        refuse_unseen_mistakes(entry, visible[id], drawn[id])
+        refuse_slow_cases(entry, (*visible[id], *drawn[id]))
     hidden = folder / "hidden"
     files = {
-        folder / "questions.json": questions_file(one.asked_for for one in questions),
+        folder / "questions.json": questions_file(entry.asked_for for entry in questions),
         folder / "visible.json": cases_file(visible),
         folder / PLAIN_ANSWERS: plain_answers_file(questions, visible),
         hidden / COURSE: course_file(questions, secret),
@@ -82,16 +82,16 @@ def write_assignment(
     for path, solutions in notebooks.items():
         files[path] = notebook_text(path, solutions, questions)
     hidden.mkdir(exist_ok=True)
-    for path, text in files.items():
+    for path, content_text in files.items():
         with atomic_write(path) as file:
-            file.write(text)
+            file.write(content_text)
     return list(files)
 
 
 def course_file(questions: Sequence[question], secret: bytes = b"") -> str:
     """The text of `course.json`: right functions, each once, and what the secret leads to."""
-    right = {one.right.__name__: one.solution for one in questions}
-    return _text({"public": not secret, "right": right})
+    sources = {entry.right.__name__: entry.solution for entry in questions}
+    return _text({"public": not secret, "right": sources})
 
 
 def questions_file(questions: Iterable[Question]) -> str:
@@ -102,24 +102,24 @@ def questions_file(questions: Iterable[Question]) -> str:
 
 def cases_file(cases: Mapping[str, Sequence[Case]]) -> str:
     """The text of `visible.json`, or of the hidden cases."""
-    return _text({"cases": {id: list(map(_row, those)) for id, those in cases.items()}})
+    return _text({"cases": {id: list(map(_row, those_cases)) for id, those_cases in cases.items()}})
 
 
 def plain_answers_file(questions: Sequence[question], visible: Mapping[str, Sequence[Case]]) -> str:
     """The text of `plain_answers.json`: right answers to plainer calls of the visible cases."""
     rows = {}
-    for one in questions:
+    for entry in questions:
         cases = {}
-        for case in visible[one.right.__name__]:
+        for case in visible[entry.right.__name__]:
             stages = {}
-            for stage in stages_of(one.asked_for, case.arguments):
-                values = answers(one.apply_edits({}), stage.arguments)
+            for stage in stages_of(entry.asked_for, case.arguments):
+                values = answers(entry.apply_edits({}), stage.arguments)
                 if values:
                     stages[stage.words] = list(map(to_json, rounded(values)))
             cases[case.id] = stages
-        rows[one.right.__name__] = cases
-    text = json.dumps(rows, ensure_ascii=False, allow_nan=False)
-    return text.replace('"v1": ', '\n"v1": ') + "\n"
+        rows[entry.right.__name__] = cases
+    content_text = json.dumps(rows, ensure_ascii=False, allow_nan=False)
+    return content_text.replace('"v1": ', '\n"v1": ') + "\n"
 
 
 def _row(case: Case) -> dict[str, Any]:
@@ -127,15 +127,15 @@ def _row(case: Case) -> dict[str, Any]:
         **vars(case),
         "arguments": list(map(to_json, case.arguments)),
         "expected": list(map(to_json, case.expected)),
-        "mistaken": {id: list(map(to_json, wrong)) for id, wrong in case.mistaken.items()},
+        "mistaken": {id: list(map(to_json, values)) for id, values in case.mistaken.items()},
     }
     del row["hidden"]
     return row
 
 
 def _text(content: dict[str, Any]) -> str:
-    text = json.dumps({"format": FORMAT, **content}, ensure_ascii=False, allow_nan=False)
-    return text.replace('{"id": ', '\n{"id": ') + "\n"
+    content_text = json.dumps({"format": FORMAT, **content}, ensure_ascii=False, allow_nan=False)
+    return content_text.replace('{"id": ', '\n{"id": ') + "\n"
 
 
 def notebook_text(
@@ -143,20 +143,22 @@ def notebook_text(
 ) -> str:
     """The notebook at a path as JSON, with the questions' cells written anew: the students', or
     with `solutions` the instructor's. Where there is none, a new one has the questions alone."""
-    old = _read_cells(HANDED_OUT if solutions and HANDED_OUT.exists() else path)
-    marks = [place for place, cell in enumerate(old) if _is_written(cell)] or [len(old) - 1]
-    before = [cell for cell in old[: marks[0] + 1] if not _is_written(cell)]
-    after = [cell for cell in old[marks[0] + 1 :] if not _is_written(cell)]
-    cells = [*before, _cell("markdown", "points", _points(questions))]
-    for one in questions:
-        cells.extend(_section(one, solutions))
-    for cell in after:
+    present_cells = _read_cells(HANDED_OUT if solutions and HANDED_OUT.exists() else path)
+    marks = [place for place, cell in enumerate(present_cells) if _is_written(cell)] or [
+        len(present_cells) - 1
+    ]
+    cells_before = [cell for cell in present_cells[: marks[0] + 1] if not _is_written(cell)]
+    cells_after = [cell for cell in present_cells[marks[0] + 1 :] if not _is_written(cell)]
+    cells = [*cells_before, _cell("markdown", "points", _points(questions))]
+    for entry in questions:
+        cells.extend(_section(entry, solutions))
+    for cell in cells_after:
         is_answer = cell["metadata"].get("nbgrader", {}).get("solution")
         # without such a region nbgrader would put its own words for all of the text
-        text = "".join(cell["source"]) + (
+        content_text = "".join(cell["source"]) + (
             f"\n\n{REGION.format('')}" if solutions and is_answer else ""
         )
-        cells.append({**cell, "source": text.splitlines(keepends=True)})
+        cells.append({**cell, "source": content_text.splitlines(keepends=True)})
     content = {"cells": cells, "metadata": METADATA, "nbformat": 4, "nbformat_minor": 5}
     return json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
 
@@ -179,22 +181,27 @@ def _is_written(cell: Cell) -> bool:
 
 
 def _points(questions: Sequence[question]) -> str:
-    rows = "".join(f"| {one.title} | {one.points:g} |\n" for one in questions)
-    total = sum(one.points for one in questions)
+    rows = "".join(f"| {entry.title} | {entry.points:g} |\n" for entry in questions)
+    total = sum(entry.points for entry in questions)
     return f"| question | points |\n|---|---|\n{rows}| **together** | **{total:g}** |"
 
 
 def _section(entry: question, solutions: bool) -> Iterator[Cell]:
-    asked = entry.asked_for
-    name = asked.id.replace("_", "-")
-    about = f"*{asked.points:g} point{'' if asked.points == 1 else 's'}; see {asked.chapter}.*"
-    task = f"## {asked.title}\n\n{asked.task}\n\n{about}"
+    asked_question = entry.asked_for
+    name = asked_question.id.replace("_", "-")
+    plural = "" if asked_question.points == 1 else "s"
+    about = f"*{asked_question.points:g} point{plural}; see {asked_question.chapter}.*"
+    task = f"## {asked_question.title}\n\n{asked_question.task}\n\n{about}"
     yield _cell("markdown", f"task-{name}", task, locked=True)
     body = REGION.format("".join(f"{line[4:]}\n" for line in entry.body.splitlines()))
-    source = asked.source(body) if solutions else asked.stub
+    source = asked_question.source(body) if solutions else asked_question.stub
     yield _cell("code", name, source, solution=True)
-    check = f"check({asked.function})" + (SCORE.format(asked.function) if solutions else "")
-    yield _cell("code", f"check-{name}", check, grade=True, locked=True, points=asked.points)
+    check = f"check({asked_question.function})" + (
+        SCORE.format(asked_question.function) if solutions else ""
+    )
+    yield _cell(
+        "code", f"check-{name}", check, grade=True, locked=True, points=asked_question.points
+    )
 
 
 def _cell(kind: str, id: str, source: str, **marks: Any) -> Cell:

@@ -209,7 +209,7 @@ def _ask_by_stages(
     verdict: QuestionVerdict,
 ) -> QuestionVerdict:
     """The verdict, with what plainer calls show; with a mistake's name only where it fits them."""
-    is_failed = [not each.passed for each in verdict.cases]
+    is_failed = [not case_verdict.passed for case_verdict in verdict.cases]
     failed = [(c, o) for c, o, wrong in zip(cases, outcomes, is_failed, strict=True) if wrong]
     if not verdict.is_written or any(o.status is Status.TOO_LONG for o in outcomes):
         return verdict
@@ -311,12 +311,12 @@ def _outcome(
                 raise RuntimeError("labkit is called")  # which ends the call
 
     def call(*arguments: Any) -> Any:
-        before = sys.getprofile()
-        sys.setprofile(before if called is None else note)
+        previous = sys.getprofile()
+        sys.setprofile(previous if called is None else note)
         try:
             return function(*arguments)
         finally:
-            sys.setprofile(before)
+            sys.setprofile(previous)
 
     arguments = copy.deepcopy(case.arguments)
     with contextlib.redirect_stderr(sys.stdout):  # a warning there costs nbgrader's points
@@ -325,7 +325,7 @@ def _outcome(
     if changed and "error" not in reply:
         return Outcome(status=Status.CHANGED, message=changed)
     outcome = read_outcome(reply)
-    hints = [text for sign, text in HINTS.items() if re.search(sign, outcome.message)]
+    hints = [advice for sign, advice in HINTS.items() if re.search(sign, outcome.message)]
     return replace(outcome, message="; ".join([outcome.message, *hints[:1]]))
 
 
@@ -335,9 +335,11 @@ def _find_line(error: BaseException) -> str:
     return f" (line {frames[0][1]} of its cell)" if frames else ""
 
 
-def _name_changed(function: Callable[..., Any], now: Sequence[Any], given: Sequence[Any]) -> str:
+def _name_changed(
+    function: Callable[..., Any], now: Sequence[Any], originals: Sequence[Any]
+) -> str:
     """The arguments that a call wrote into."""
     names = getattr(getattr(function, "__code__", None), "co_varnames", ())
-    pairs = enumerate(zip(now, given, strict=True))
+    pairs = enumerate(zip(now, originals, strict=True))
     spoiled = (k for k, (a, b) in pairs if isinstance(a, np.ndarray) and a.tobytes() != b.tobytes())
     return ", ".join(names[k] if k < len(names) else f"number {k + 1}" for k in spoiled)

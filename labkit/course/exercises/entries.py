@@ -77,11 +77,13 @@ class exercise:
         for each reading in which all the texts stand.
         """
         sources = [_replace(sources_of(self.right), reading) for reading in self.readings]
-        absent = [text for text in edits if not any(text in source for source in sources)]
+        absent = [passage for passage in edits if not any(passage in source for source in sources)]
         name = self.right.__name__
         assert not absent, f"{name} does not hold {absent}, which a mistake replaces"
         changed = [
-            _replace(source, edits) for source in sources if all(text in source for text in edits)
+            _replace(source, edits)
+            for source in sources
+            if all(passage in source for passage in edits)
         ]
         return [definitions_of(source, self.right)[name] for source in changed]
 
@@ -127,16 +129,16 @@ class exercise:
 
     def _case(self, about: str, arguments: Arguments) -> Case:
         """A call with its right answer, and the answers of all mistakes that do not fail."""
-        wanted = plain(self.right(*arguments))
-        answer = _kind(wanted)
-        sizes = np.abs(read(answer, wanted)) * (answer is not Answer.NUMBERS)
+        expected = plain(self.right(*arguments))
+        answer = _kind(expected)
+        sizes = np.abs(read(answer, expected)) * (answer is not Answer.NUMBERS)
         allowed = self.tolerance(*arguments) if callable(self.tolerance) else self.tolerance
         return Case(
             id=about,
             hidden=False,
             about=f"for {about}",
             arguments=arguments,
-            expected=(wanted,),
+            expected=(expected,),
             tolerance=allowed * sizes[np.isfinite(sizes)].max(initial=1.0),
             mistaken=self.answers_of_mistakes(arguments),
         )
@@ -147,7 +149,7 @@ def answers(ways: Sequence[Function], arguments: Arguments) -> tuple[Value, ...]
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return tuple(plain(way(*arguments)) for way in ways)
+            return tuple(plain(variant(*arguments)) for variant in ways)
     except FAILURES:
         return ()
 
@@ -182,8 +184,8 @@ def definitions_of(source: str, right: Function) -> dict[str, Any]:
 
 
 def _replace(source: str, edits: Edits) -> str:
-    for text, wrong in edits.items():
-        source = source.replace(text, wrong)
+    for passage, wrong in edits.items():
+        source = source.replace(passage, wrong)
     return source
 
 

@@ -74,12 +74,12 @@ def stages_of(question: Question, arguments: Sequence[Value]) -> list[Stage]:
     is_matching = question.function.endswith("icp") or any(map(is_transform, arguments))
     plain_values, words = dict[int, Value](), dict[int, str]()
     for place, (name, value) in enumerate(zip(names, arguments, strict=False)):
-        said, plain = plain_form(name, value)
-        if said and not np.array_equal(plain, value) and not (is_matching and name in POINTS):
-            plain_values[place], words[place] = plain, said
+        phrase, plain = plain_form(name, value)
+        if phrase and not np.array_equal(plain, value) and not (is_matching and name in POINTS):
+            plain_values[place], words[place] = plain, phrase
 
-    def call(kind: Plain, name: str, about: str, others: Mapping[int, Value]) -> Stage:
-        values = [others.get(place, value) for place, value in enumerate(arguments)]
+    def call(kind: Plain, name: str, about: str, changes: Mapping[int, Value]) -> Stage:
+        values = [changes.get(place, value) for place, value in enumerate(arguments)]
         return Stage(kind, name, about, tuple(values))
 
     stages = [call(Plain.ONE, names[k], words[k], {k: plain_values[k]}) for k in words]
@@ -88,8 +88,8 @@ def stages_of(question: Question, arguments: Sequence[Value]) -> list[Stage]:
     if len(words) > 2:
         for place in words:
             about = f"all plain but `{names[place]}`"
-            others = {k: value for k, value in plain_values.items() if k != place}
-            stages.append(call(Plain.ALL_BUT_ONE, names[place], about, others))
+            changes = {k: value for k, value in plain_values.items() if k != place}
+            stages.append(call(Plain.ALL_BUT_ONE, names[place], about, changes))
     for place, (name, value) in enumerate(zip(names, arguments, strict=False)):
         if isinstance(value, float) and name not in BY_NAME and value != 0.0:
             stages.append(call(Plain.ONE, name, f"`{name}=0`", {place: 0.0}))
@@ -256,8 +256,10 @@ class Stages:
     def _ends_as_given(self, stage: Stage) -> bool:
         """True if the call has no answer, for the same reason as the one that was given."""
         plain = self.outcomes[stage.words][0]
-        given = self.given[0]
-        return given.status is not Status.RETURNED and plain.message == given.message
+        outcome_given = self.given[0]
+        return (
+            outcome_given.status is not Status.RETURNED and plain.message == outcome_given.message
+        )
 
     def _changes_nothing(self, stage: Stage) -> bool:
         """True if all answers are as they were, where the right ones are others."""
@@ -265,13 +267,13 @@ class Stages:
             self.failed, self.given, self.cases[stage.words], self.outcomes[stage.words],
             strict=True,
         )  # fmt: skip
-        for case, given, plainer, outcome in rows:
-            if not given.status is outcome.status is Status.RETURNED:
+        for case, outcome_given, plainer, outcome in rows:
+            if not outcome_given.status is outcome.status is Status.RETURNED:
                 return False
             loose = replace(plainer, tolerance=CHANGED * plainer.tolerance)
             if any(is_right(self.question, loose, value) for value in case.expected):
                 return False
-            as_given = replace(plainer, mistaken={GIVEN: (given.value,)})
+            as_given = replace(plainer, mistaken={GIVEN: (outcome_given.value,)})
             if not is_answer_of(GIVEN, self.question, as_given, outcome.value):
                 return False
         return True
@@ -290,40 +292,40 @@ def right_part(question: Question, case: Case, outcome: Outcome) -> Iterator[str
     is_long = question.answer is Answer.NUMBERS or expected.size >= LONG
     if got.shape != expected.shape or got.ndim != 1 or not is_long:
         return
-    wrong = ~((np.abs(got - expected) <= case.tolerance) | (got == expected))
-    wrong &= ~(np.isnan(got) & np.isnan(expected))
-    if wrong.all() or not wrong.any():
+    is_wrong = ~((np.abs(got - expected) <= case.tolerance) | (got == expected))
+    is_wrong &= ~(np.isnan(got) & np.isnan(expected))
+    if is_wrong.all() or not is_wrong.any():
         return
     if question.answer is Answer.NUMBERS:
-        yield from _right_results(case, wrong)
+        yield from _right_results(case, is_wrong)
     else:
-        yield from _wrong_where(question, case, wrong)
+        yield from _wrong_where(question, case, is_wrong)
 
 
-def _right_results(case: Case, wrong: np.ndarray) -> Iterator[str]:
+def _right_results(case: Case, is_wrong: np.ndarray) -> Iterator[str]:
     if not isinstance(case.expected[0], tuple):
         return
     sizes = [np.asarray(part).size for part in case.expected[0]]
-    parts = np.split(wrong, np.cumsum(sizes)[:-1])
-    right = [str(place) for place, part in enumerate(parts, start=1) if not part.any()]
-    if right:
-        yield f"Result {_join(right)} is right, the other is not."
+    parts = np.split(is_wrong, np.cumsum(sizes)[:-1])
+    right_results = [str(place) for place, part in enumerate(parts, start=1) if not part.any()]
+    if right_results:
+        yield f"Result {_join(right_results)} is right, the other is not."
 
 
-def _wrong_where(question: Question, case: Case, wrong: np.ndarray) -> Iterator[str]:
+def _wrong_where(question: Question, case: Case, is_wrong: np.ndarray) -> Iterator[str]:
     """The range of an argument in which all wrong entries lie, and no right one."""
     for name, value in zip(names_of(question), case.arguments, strict=False):
-        if not isinstance(value, np.ndarray) or value.shape != wrong.shape:
+        if not isinstance(value, np.ndarray) or value.shape != is_wrong.shape:
             continue
-        low, high = value[wrong].min(), value[wrong].max()
+        low, high = value[is_wrong].min(), value[is_wrong].max()
         inside = (value >= low) & (value <= high)
-        if (inside == wrong).all():
+        if (inside == is_wrong).all():
             span = f"from {low:.4g} to {high:.4g}" if high > low else f"at {low:.4g}"
             yield f"The wrong entries are those with `{name}` {span}; all others are right."
             return
 
 
-def _join(words: Sequence[str], last: str = "and") -> str:
+def _join(words: Sequence[str], conjunction: str = "and") -> str:
     """`a`, `a and b`, `a, b and c`."""
     head = ", ".join(words[:-1])
-    return f"{head} {last} {words[-1]}" if head else words[-1]
+    return f"{head} {conjunction} {words[-1]}" if head else words[-1]
