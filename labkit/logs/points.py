@@ -48,11 +48,16 @@ def coordinates_of(columns: Sequence[Column]) -> tuple[str, str] | None:
 
 
 def read(source: Source) -> Reading:
+    """Read a table of points."""
+    return read_rows(source.lines(source.table.begin), source.table.columns, source)
+
+
+def read_rows(
+    lines: Iterable[tuple[int, str]], columns: Sequence[Column], source: Source
+) -> Reading:
     """Read rows of points; scans come in the order in which their number is first met."""
     report, scanner = source.report, source.scanner
-    columns = source.table.columns
     pair = coordinates_of(columns) or XY
-    lines = source.lines(source.table.begin)
     line_numbers, rows, places = _read_rows(lines, report, columns, pair)
     if not len(rows):
         return Reading()

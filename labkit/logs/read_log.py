@@ -20,6 +20,7 @@ from labkit.logs import (
     ranges,
     ros_echo,
     rosbag,
+    rplidar,
 )
 from labkit.logs.doubts import make_scans
 from labkit.logs.lines import DamageReport, shorten
@@ -42,6 +43,7 @@ READERS: tuple[Reader, ...] = (  # the first that recognises a file reads it
     carmen.READER,
     json_lines.READER,
     ros_echo.READER,
+    rplidar.READER,
     ranges.READER,
     *points.READERS,
 )
