@@ -78,7 +78,8 @@
     const [nearest, ...farther] = places.filter((place) => place !== chapter);
     const isTermBest = results[0] === term;
     const head = isTermBest ? [term, chapter, nearest] : [nearest, term, chapter];
-    return [...head.filter(Boolean), ...otherTerms, ...farther];
+    const [second, third, ...rest] = farther; // before the glossary's other entries
+    return [...head, second, third, ...otherTerms, ...rest].filter(Boolean);
   };
 
   const escaped = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
