@@ -14,12 +14,12 @@ from labkit.course.exercises import exercise
     "figures with ties": (np.array([2.0, 2.0, 5.0]), np.array([1.0, 2.0, 2.0, 2.0])),
     "figures with one far off": (np.array([2.0, 1.0, 4.0]), np.array([3.0, 0.5, 30.0, 2.5, 2.0])),
 }, {
-    "A draw counts as a half: a figure that never changes would get 0, a coin 0.5.": {"0.5": "0.0"},
+    "A tie counts as a half: a figure that never changes would get 0, a coin 0.5.": {"0.5": "0.0"},
     "This compares pairwise; each bad meets each good one.": lambda b, g: np.mean(b > g[: len(b)]),
     "The means are compared; compare each with each.": lambda b, g: float(b.mean() > g.mean()),
     "Good and bad are exchanged: asked for is how often the bad one is larger.":
         {"(bad[:, None] > good)": "(bad[:, None] < good)"},
-    "A draw counts fully; it is a half, or a figure that never changes would get 1.":
+    "A tie counts fully; it is a half, or a figure that never changes would get 1.":
         {"0.5": "1.0"},
 })
 def looks_worse(bad, good):

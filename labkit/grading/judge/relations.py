@@ -31,7 +31,7 @@ OF_NUMBERS: list[Change] = [
     ("{} is twice as large as it should be", lambda x: 2 * x),
     ("{} is half as large as it should be", lambda x: 0.5 * x),
     ("{} is turned into millimetres; keep metres", lambda x: 1000.0 * x),
-    ("{} is in percent", lambda x: 100.0 * x),
+    ("{} is a hundred times too large, as in percent or centimetres", lambda x: 100.0 * x),
     ("{} is one too large, as where one counts from 1", lambda x: x + 1),
     ("{} is one too small, as where one counts from 0", lambda x: x - 1),
 ]

@@ -51,7 +51,7 @@ RELATED = [
     (Answer.NUMBER, lambda x: 2 * x, "is twice as large"),
     (Answer.NUMBER, lambda x: x / 2, "is half as large"),
     (Answer.NUMBER, lambda x: 1000 * x, "is turned into millimetres"),
-    (Answer.NUMBER, lambda x: 100 * x, "is in percent"),
+    (Answer.NUMBER, lambda x: 100 * x, "a hundred times too large"),
     (Answer.NUMBER, lambda x: x + 1, "is one too large"),
     (Answer.NUMBER, lambda x: x - 1, "is one too small"),
     (Answer.VECTOR, sorted, "is sorted"),

@@ -270,7 +270,7 @@ def huber_weights(residuals, delta):
 
 
 @question("The inlier RMSE", points=3, answer=Answer.NUMBER, unit="m", low=0.0,
-    chapter="the errata, “A cost that means something”",
+    chapter="chapter 8, “Three questions”",
     task=r"""
 Say how well the kept pairs agree: the root of their mean squared distance. Where no pair is kept
 there is no such number; return `nan`, and not a 0 that looks like a perfect match.
@@ -322,7 +322,7 @@ def inlier_rmse(distances, kept):
 
 
 @question("The fitness", points=2, answer=Answer.NUMBER, low=0.0, high=1.0,
-    chapter="the errata, “A cost that means something”",
+    chapter="chapter 8, “Three questions”",
     task=r"""
 Say how much of the scan found a partner: the share of the source points whose pair is kept. An RMSE
 alone says little, since it gets better the fewer pairs are left.
