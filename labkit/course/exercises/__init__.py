@@ -30,7 +30,9 @@ Each mistake is a wrong function, or the right one with some of its text replace
 that is said of it. A name is said only where its function gives all of the answers that came, the
 right ones among them; so a mistake may be right in some cases, and no two may agree in all.
 Relations to the right answer (the inverse, the sign, the square, degrees, the order of two results)
-are known everywhere, and need no entry. So list the mistakes whose sentence says more than that.
+are known everywhere, and need no entry. Where a function fails, `check` calls it by stages as well:
+with one round, no gate, no guess (`stages` has the plain form of an argument by its name, so name
+arguments as the lab does). List the mistakes whose sentence says more than that, an idea.
 """
 
 from labkit.course.exercises.checking import check, exercises, score
