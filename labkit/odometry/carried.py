@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from labkit.odometry.constants import CARRIED_SHARES, OFF_MAP_DISTANCE, REPEAT_DISTANCE
+from labkit.odometry.constants import CARRIED_SHARES, REPEAT_DISTANCE
 from labkit.scan import Scan
 from labkit.se2 import apply
 from labkit.support.arrays import BoolArray, FloatArray
@@ -34,6 +34,6 @@ def mask_carried(
     if repeats.mean() <= least:
         return np.zeros(len(scan), np.bool_)
     _, distances = target.search.query(apply(T_target_scan, scan.points))
-    carried = repeats & (distances > OFF_MAP_DISTANCE)
+    carried = repeats & (distances > 2.0 * REPEAT_DISTANCE)
     share_is_usual = least < carried.mean() < most
     return np.asarray(carried & share_is_usual)

@@ -10,15 +10,12 @@ import math
 
 # What a run measures on itself (scales)
 HISTORY = 40  # steps that a median is taken over
-FIRST_STEPS = 10  # steps of a stated value beside them, so that the first few change little
 FIRST_WHEEL_ERROR = (0.05, math.radians(4.0))  # [m], [rad]: stated, at rest
 FIRST_AGREEMENT = 0.9  # stated: a whole scan on its map
 LEAST_WHEEL_ERROR = (0.03, math.radians(1.5))  # [m], [rad]: turns of good wheels have heavy tails
 QUANTILE = 0.8  # of the wheels' errors: most steps go straight on, and turns err most: late wheels
-SIGMAS = 1.28  # standard deviations of a Gaussian that this quantile of absolute errors spans
 USUAL_CHANGE = (0.5, math.radians(20.0))  # [m], [rad]: so much of a motion doubles the wheels'
 # error, and so much do two motions in a row differ: every 2nd scan
-MOTION_HISTORY = 20  # motions that may come again: no wheels
 WINDOW = 3.0  # of the wheels' usual error: within it a match is expected
 REACH = 3.0  # of the longest of the last motions: no step leads farther
 USUAL_LIMITS = (2.0, math.radians(90.0))  # [m], [rad]: of a step, where a user sets no limits
@@ -48,9 +45,9 @@ LOOKED_THROUGH_COST = 0.5  # of agreement, if beams look through all walls in vi
 # Wheels and things that lie as they lay (wheels, carried)
 REST = (0.02, math.radians(0.5))  # [m], [rad]: wheels that tell less tell a stand
 SAME_VIEW_SHARE = 0.9  # of a scan's points that repeat those of the scan before, at a stand
-MIN_SHIFT = 0.05  # [m]: wheels and matches that drive less tell no factor
-REPEAT_DISTANCE = 0.1  # [m]: a point repeats an earlier one that lies nearer than this
-OFF_MAP_DISTANCE = 0.2  # [m]: a point is off the map if all of the map lies farther away
+MIN_MOTION = (0.05, math.radians(2.0))  # [m], [rad]: what moves less tells no ratio
+REPEAT_DISTANCE = 0.1  # [m]: a point repeats an earlier one that lies nearer; twice as far from
+# the map it is off the map
 CARRIED_SHARES = (
     0.1,
     0.65,
@@ -65,9 +62,9 @@ MAP_CELL = 0.05  # [m]: a key scan keeps one point in each square of this size
 CELL = 0.1  # [m]: side of a cell of the tables; a point one cell away counts exp(−½)
 COARSE_CELLS = 4  # cells from one coarse pose to the next; a point farther away counts nothing
 COARSE_TURN = math.radians(2.0)  # [rad] from one coarse pose to the next
-FINE_TURNS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # [°] around a coarse pose
-MAX_RANGE = 20.0  # [m]: points farther away move too far in a coarse turn
-MAX_SEARCH_SHIFT = 10.0  # [m]: a search reaches no farther, however long the robot has been lost
+MAX_RANGE = (
+    20.0  # [m]: points farther away move too far in a coarse turn; a search reaches half of it
+)
 MAX_POINTS = 100  # of the source that are looked up
 MAX_COARSE_POSES = 200  # of the highest scores: a fine search goes on from them
 MAX_STARTS = 8  # poses that are worth trying with ICP, of the fine search and of the expected
@@ -76,12 +73,13 @@ SEARCH_FACTOR = 1.5  # reach of a search over the longest of the last motions, o
 
 # Records and remarks (record, remarks, run)
 RANGE_STD = 0.01  # [m] of a range, at least
-MIN_STEPS = 10  # of a statistic over the run, or in a row without a match: fewer get no remark
+MIN_STEPS = (
+    10  # of any statistic over a run: so many of a stated value stand in at first, and fewer
+)
+# odd ones get no remark
 MIN_AGAINST_PRIOR = 3  # matches against the prior in a row: fewer get no remark
-MIN_TURN = math.radians(2.0)  # [rad]: wheels and matches that turn less give no ratio
 MIN_RATIO = 0.5  # of a match's motion over the wheels', and its inverse; 0.96 to 1 on right logs
 MAX_SHARE_AT_LIMIT = 0.05  # of the beams, on average, that end at the largest range
 SAME_RANGE = 1e-6  # [m]: two ranges that differ by less are one
 KEPT_STEPS = 4000  # of which a run keeps what its remarks need, and the matches themselves
-NO_LIMIT = 1e3  # [m] or [rad]: a motion without limit counts as one of this length
 RETRY_SHARE = 0.5  # of the gate and of each ICP step, in the lesson's second attempt

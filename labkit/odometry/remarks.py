@@ -12,10 +12,9 @@ import numpy as np
 from labkit.odometry.constants import (
     MAX_SHARE_AT_LIMIT,
     MIN_AGAINST_PRIOR,
+    MIN_MOTION,
     MIN_RATIO,
-    MIN_SHIFT,
     MIN_STEPS,
-    MIN_TURN,
     REST,
     SAME_RANGE,
 )
@@ -96,7 +95,7 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
     matches = np.reshape([step.increment for step in compared], (-1, 3))
     wheels = np.reshape([step.prior for step in compared], (-1, 3))
     # Both must see a motion: what wheels alone tell may be their noise, as along a corridor.
-    turns = np.minimum(abs(wheels[:, 2]), abs(matches[:, 2])) > MIN_TURN
+    turns = np.minimum(abs(wheels[:, 2]), abs(matches[:, 2])) > MIN_MOTION[1]
     scales = [scale_of(told, measured) for told, measured in zip(wheels, matches, strict=True)]
     if turns.sum() >= MIN_STEPS:
         ratio = float(np.median(matches[turns, 2] / wheels[turns, 2]))
@@ -143,7 +142,7 @@ def unbelievable_remarks(steps: Sequence[Step]) -> Iterator[str]:
     standing = 0
     for record, told, _ in steps:
         x, y, turn = record.increment
-        has_moved = math.hypot(x, y) > MIN_SHIFT or abs(turn) > MIN_TURN
+        has_moved = math.hypot(x, y) > MIN_MOTION[0] or abs(turn) > MIN_MOTION[1]
         is_standing = told is not None and is_at_rest(told)
         standing += record.decision.matched and is_standing and has_moved
     if standing >= MIN_STEPS:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from labkit.odometry.constants import NO_LIMIT, REACH, USUAL_LIMITS
+from labkit.odometry.constants import REACH, USUAL_LIMITS
 from labkit.odometry.record import rmse_of
 from labkit.result import IcpResult
 from labkit.se2 import wrap
@@ -144,4 +144,6 @@ def prior_failures(increment: FloatArray, prior: FloatArray, limits: SanityLimit
 def unknown_std(prior: FloatArray | None, limits: SanityLimits) -> FloatArray:
     """Standard deviation (3,) of what no match tells: a third of the limits."""
     shift, turn = limits.window if prior is None else limits.prior_window
-    return np.minimum([shift, shift, turn], NO_LIMIT) / 3.0
+    std = np.array([shift, shift, turn]) / 3.0
+    usual = np.array([USUAL_LIMITS[0], *USUAL_LIMITS]) / 3.0
+    return np.where(np.isfinite(std), std, usual)

@@ -2,27 +2,25 @@
 
 How far wheels err, and by which factor they tell ways too short; how well a scan of this scanner in
 these rooms usually fits; how long a step may be. They are medians, or a quantile, over the last
-`HISTORY` steps. When a run begins, `FIRST_STEPS` of a stated value stand in for them.
+`HISTORY` steps. When a run begins, `MIN_STEPS` of a stated value stand in for them.
 """
 
 from __future__ import annotations
 
 import math
-from statistics import median, median_low
+from statistics import NormalDist, median, median_low
 from typing import NamedTuple
 
 import numpy as np
 
 from labkit.odometry.constants import (
     FIRST_AGREEMENT,
-    FIRST_STEPS,
     FIRST_WHEEL_ERROR,
     HISTORY,
     LEAST_WHEEL_ERROR,
     MIN_AGREEMENT,
-    MOTION_HISTORY,
+    MIN_STEPS,
     QUANTILE,
-    SIGMAS,
     USUAL_CHANGE,
 )
 from labkit.odometry.record import STILL, Decision, Scales, StepRecord
@@ -47,9 +45,10 @@ class History(NamedTuple):
 
     def scales(self, scan: Scan, prior: FloatArray | None, limits: SanityLimits) -> Scales:
         """The scales by which the step to a scan is judged."""
-        unmeasured = max(0, FIRST_STEPS - len(self.wheel_errors))
+        unmeasured = max(0, MIN_STEPS - len(self.wheel_errors))
         errors = np.array([*self.wheel_errors, *[FIRST_WHEEL_ERROR] * unmeasured])
-        usual_error = np.quantile(errors, QUANTILE, axis=0) / SIGMAS
+        sigmas = NormalDist().inv_cdf(0.5 + 0.5 * QUANTILE)  # that it spans of a Gaussian
+        usual_error = np.quantile(errors, QUANTILE, axis=0) / sigmas
         shift_error, turn_error = np.maximum(usual_error, LEAST_WHEEL_ERROR).tolist()
         max_shift, max_turn = limits.reach(
             max((math.hypot(x, y) for x, y, _ in self.motions), default=0.0),
@@ -59,8 +58,8 @@ class History(NamedTuple):
         return Scales(
             wheel_shift=shift_error,
             wheel_turn=turn_error,
-            wheel_factor=median_low([*self.wheel_factors, *[1.0] * FIRST_STEPS]),
-            agreement=median([*self.agreements, *[FIRST_AGREEMENT] * FIRST_STEPS]),
+            wheel_factor=median_low([*self.wheel_factors, *[1.0] * MIN_STEPS]),
+            agreement=median([*self.agreements, *[FIRST_AGREEMENT] * MIN_STEPS]),
             steps=steps,
             max_shift=steps * max_shift,
             max_turn=min(math.pi, steps * max_turn),
@@ -97,7 +96,7 @@ class History(NamedTuple):
         intervals = (interval, *self.intervals) if interval > 0.0 else self.intervals
         return History(
             last_motion=last_motion,
-            motions=motions[:MOTION_HISTORY],
+            motions=motions[:HISTORY],
             wheel_errors=errors[:HISTORY],
             wheel_factors=factors[:HISTORY],
             agreements=agreements[:HISTORY],

@@ -23,11 +23,9 @@ from labkit.odometry.constants import (
     CELL,
     COARSE_CELLS,
     COARSE_TURN,
-    FINE_TURNS,
     MAX_COARSE_POSES,
     MAX_POINTS,
     MAX_RANGE,
-    MAX_SEARCH_SHIFT,
     MAX_STARTS,
     SAME_POSE,
 )
@@ -38,7 +36,8 @@ from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.compiled import compiled
 from labkit.target import Target
 
-FINE_ROTATIONS = from_xytheta([[0.0, 0.0, math.radians(turn)] for turn in FINE_TURNS])
+FINE_TURNS = COARSE_TURN * np.linspace(-0.5, 0.5, 5)
+FINE_ROTATIONS = from_xytheta(np.outer(FINE_TURNS, [0.0, 0.0, 1.0]))
 
 
 @compiled
@@ -133,7 +132,7 @@ def search(
     points = np.array(points, order="C")  # one kind of array, compiled once and ahead
     turn_count = math.ceil(min(window[1], math.pi) / COARSE_TURN)
     turns = np.outer(np.arange(-turn_count, turn_count + 1), [0.0, 0.0, COARSE_TURN])
-    max_shift = min(window[0], MAX_SEARCH_SHIFT)
+    max_shift = min(window[0], 0.5 * MAX_RANGE)
     shifts = COARSE_CELLS * _square(math.ceil(max_shift / (COARSE_CELLS * CELL)))
     rotated = T_target_source @ from_xytheta(turns)
     scores = mean_values(field.coarse, field.corner, points, rotated, shifts)

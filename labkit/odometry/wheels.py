@@ -13,7 +13,7 @@ import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.carried import mask_repeats
-from labkit.odometry.constants import MIN_SHIFT, REST, SAME_VIEW_SHARE
+from labkit.odometry.constants import MIN_MOTION, REST, SAME_VIEW_SHARE
 from labkit.odometry.record import Scales
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
@@ -32,7 +32,7 @@ def scale_of(told: FloatArray, measured: FloatArray) -> float:
     The way told counts along the measured one: the noise across it would make it too long.
     """
     length = math.hypot(measured[0], measured[1])
-    if min(length, math.hypot(told[0], told[1])) < MIN_SHIFT:
+    if min(length, math.hypot(told[0], told[1])) < MIN_MOTION[0]:
         return math.nan
     along = float(measured[:2] @ told[:2]) / length
     return length / along if along != 0.0 else math.nan

@@ -9,7 +9,7 @@ import pytest
 from labkit import Scan, Target
 from labkit.odometry.search import (
     CELL,
-    MAX_SEARCH_SHIFT,
+    MAX_RANGE,
     LikelihoodField,
     is_same_pose,
     mean_values,
@@ -58,8 +58,8 @@ def test_it_stays_within_its_window():
 def test_a_lost_robot_is_not_looked_for_farther_off_than_a_search_pays(shift):
     target = Target(Scan.from_points([[0.0, 0.0]]))
     starts = search(Scan.from_points([[shift, 0.0]]), target, np.eye(3), (1e3, 0.0))
-    assert np.abs(to_xytheta(starts)[:, :2]).max() < MAX_SEARCH_SHIFT + 0.5
-    assert is_same_pose(starts[0], from_xytheta([-shift, 0.0, 0.0])) == (shift < MAX_SEARCH_SHIFT)
+    assert np.abs(to_xytheta(starts)[:, :2]).max() < 0.5 * MAX_RANGE + 0.5
+    assert is_same_pose(starts[0], from_xytheta([-shift, 0.0, 0.0])) == (shift < 0.5 * MAX_RANGE)
 
 
 def test_mean_values_are_those_of_the_table():
