@@ -146,13 +146,16 @@ class MapOdometry(Odometry[MapState]):
             if leads or (is_sure and not (best.is_degenerate and prior is None)):
                 break
         at_wheels = None
+        rival = None
         is_believed = best.score > MIN_SCORE and not leads
         if prior is not None:
             at_wheels = stay(scan, target, expected, self.parameters.icp)
             nearest = best_in_window([at_wheels, *matches], expected)
             if not expected.holds(best.T) and not is_plainly_better(best, nearest):
                 is_believed = nearest.score > MIN_SCORE and not leads
-                best = nearest if is_believed else best
+                if is_believed:
+                    rival = best
+                    best = nearest
             if at_wheels.agreement >= max(best.agreement, MIN_SCORE):
                 best = at_wheels
         decision = Decision.SEARCH
@@ -163,9 +166,9 @@ class MapOdometry(Odometry[MapState]):
         record = record_of_best(best, margin_of(best, matches), T_map_last, decision)
         if is_believed:
             unexpected = prior is not None and not expected.holds(best.T)
-            return believe(
-                replace(record, unexpected=unexpected), prior, self.parameters.limits, scales
-            )
+            T_taken_refused = None if rival is None else relative(best.T, rival.T)
+            record = replace(record, unexpected=unexpected, T_taken_refused=T_taken_refused)
+            return believe(record, prior, self.parameters.limits, scales)
         return self.refuse(replace(record, led=leads), prior, history, scales)
 
     def refuse(

@@ -152,7 +152,8 @@ class StepRecord:
     led : bool
         Whether the wheels lead: the last scans fitted too little to be believed beside them.
     T_taken_refused : ndarray, shape (3, 3), or None
-        Where a refused match ended, in the frame of the pose that was taken.
+        Where a match ended that was refused, or to which one near the wheels was preferred, in the
+        frame of the pose that was taken.
     scales : Scales or None
         What the run had measured before the step, and held it to.
     """
