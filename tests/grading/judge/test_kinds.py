@@ -88,3 +88,14 @@ def test_an_answer_is_read_in_any_form(answer, value, read_as):
 def test_what_is_no_answer_is_refused_in_words(answer, value, why):
     with pytest.raises(Unreadable, match=why):
         read(answer, value)
+
+
+def test_a_transform_in_space_is_read_as_it_is():
+    in_space = np.diag([1.0, 1.0, 1.0, 1.0])
+
+    assert np.array_equal(read(Answer.TRANSFORM, in_space), in_space)
+
+
+def test_a_rotation_without_its_translation_is_called_so():
+    with pytest.raises(Unreadable, match=r"it returned R alone, expected \(R, t\)"):
+        read(Answer.TRANSFORM, np.eye(2))
