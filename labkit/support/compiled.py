@@ -3,6 +3,14 @@
 A compiled function works on arrays and numbers, in plain Python: what the book quotes is what
 runs. It returns arrays and numbers to Python, no named tuple: numba makes those by running Python,
 and an interrupt there ends the process. Python runs the same functions a hundred times slower.
+
+Three things change for the whole process, and only while a first call loads or compiles:
+
+- the garbage collector pauses (`_collector_paused`): a collection comes later, nothing else;
+- numba's `ensure_blas` does nothing (`_load_without_blas`): a matrix product that another thread
+  compiles meanwhile looks for its BLAS at its first call;
+- numba's `config.CACHE_DIR` is ours (`labkit.support.code_cache.keep`) for the one line in which
+  numba reads it.
 """
 
 import contextlib
@@ -165,13 +173,13 @@ def load_numba() -> Any:
 def _load_without_blas() -> None:
     """Import numba's array functions without `scipy.linalg`, a third of the first match.
 
-    numba loads it to ask for a BLAS, which no compiled function here needs; where other code
-    compiles a matrix product, numba asks again.
+    numba loads it only to see that there is a BLAS, which no compiled function here needs. Where
+    other code compiles a matrix product, numba looks for the BLAS then.
     """
-    if "scipy.linalg" in sys.modules:
-        return
-    sys.modules["scipy.linalg"] = None  # type: ignore[assignment]  # an import of it fails
+    linalg: Any = importlib.import_module("numba.np.linalg")
+    ensure_blas = linalg.ensure_blas
+    linalg.ensure_blas = lambda: None  # "there is one"
     try:
         importlib.import_module("numba.np.arraymath")
     finally:
-        del sys.modules["scipy.linalg"]
+        linalg.ensure_blas = ensure_blas

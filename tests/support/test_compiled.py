@@ -181,6 +181,32 @@ def test_a_match_loads_no_scipy_linalg():
     answer(os.environ.get("LABKIT_CACHE", ""), program)
 
 
+IMPORT_BESIDE = """
+import importlib, sys, threading
+def import_beside(event, arguments):
+    if event == "open" and "arraymath" in str(arguments[0]) and not threads:
+        work = lambda: found.append(importlib.import_module("scipy.linalg"))
+        threads.append(threading.Thread(target=work))
+        threads[0].start()
+        threads[0].join()
+found = []
+threads = []
+sys.addaudithook(import_beside)
+from labkit.support.compiled import load_numba
+load_numba()
+from numba.np import arraymath, linalg
+assert found, "another thread cannot import scipy.linalg"
+assert arraymath._HAVE_BLAS and linalg.ensure_blas.__name__ == "ensure_blas"
+print(8)
+"""
+
+
+@NEEDS_NUMBA
+def test_what_other_code_imports_while_numba_loads_is_whole(tmp_path):
+    """A thread may import `scipy.linalg` at any moment, and numba finds its BLAS afterwards."""
+    assert answer(tmp_path, IMPORT_BESIDE) == ""
+
+
 def test_arrays_of_any_kind_compile_nothing_anew(in_the_room):
     """Writable or not, of either layout, with gaps in memory, of single precision, or a list."""
     points = in_the_room.source.points
