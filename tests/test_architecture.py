@@ -19,7 +19,7 @@ ORDER = (
     *("support", "support.errors", "support.arrays", "support.code_cache"),
     *("support.records", "support.compiled", "support.extras", "support.files"),
     *("support.interrupts", "support.progress", "se2", "scan", "filters", "deskew"),
-    *("parameters", "alignment", "line_alignment", "neighbors", "normals", "target"),
+    *("parameters", "alignment", "eigen", "line_alignment", "neighbors", "normals", "target"),
     *("schedule", "correspondences", "degeneracy", "covariance", "result", "icp", "odometry"),
     *("simulation", "evaluation", "logs", "", "support.warm", "plotting"),
     *("grading", "course", "course.assignment", "course.exercises", "course.authoring"),

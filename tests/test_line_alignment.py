@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from labkit.line_alignment import (
     MIN_INFORMATION,
     align_to_lines,
-    eigen_symmetric,
     least_information,
     line_information,
     solve_constrained,
@@ -174,16 +173,3 @@ def test_coinciding_points_are_refused_wherever_they_lie(place, count):
         align_to_lines(points, points + 0.1, normals, np.linspace(0.5, 1.0, count))
     with pytest.raises(DegenerateAlignmentError, match="in one place or are none"):
         line_information(np.arange(2.0 * count).reshape(count, 2), normals, np.zeros(count))
-
-
-@given(st.lists(st.floats(-1e3, 1e3), min_size=6, max_size=6))
-def test_eigenvalues_and_vectors_are_numpy_s(entries):
-    a, b, c, d, e, f = entries
-    A = np.array([[a, b, c], [b, d, e], [c, e, f]])
-
-    values, vectors = eigen_symmetric(A)
-
-    tolerance = 1e-13 * max(1.0, np.abs(A).max())
-    np.testing.assert_allclose(values, np.linalg.eigvalsh(A), atol=tolerance)
-    np.testing.assert_allclose(vectors.T @ vectors, np.eye(3), atol=1e-13)
-    np.testing.assert_allclose(vectors @ np.diag(values) @ vectors.T, A, atol=10.0 * tolerance)
