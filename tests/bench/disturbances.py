@@ -559,7 +559,8 @@ median of some runs, whose ranges differ by a millimetre of noise, the smallest 
 that of the wheels alone, disturbed as they are. One run scatters by a factor of two, and so may the
 median of few. A step is *wrong* if it is off by more than 0.2 m or 5°, and *told* if its record is
 doubtful (`StepRecord.is_doubtful`); both are sums over the runs. Some steps of the references are
-wrong themselves: six of csail's. `tests/bench/disturbances.py` writes this page."""
+wrong themselves: six of csail's. Only rows that were run with the present odometry stand here.
+`tests/bench/disturbances.py` writes this page."""
 
 KNOWN = """\
 ## Does it know?
