@@ -154,7 +154,7 @@ class MapOdometry(Odometry[MapState]):
             if not expected.holds(best.T) and not is_plainly_better(best, nearest):
                 is_believed = nearest.score > MIN_SCORE and not leads
                 if is_believed:
-                    rival = best
+                    rival = best if math.isfinite(best.score) else None  # not of a failed match
                     best = nearest
             if at_wheels.agreement >= max(best.agreement, MIN_SCORE):
                 best = at_wheels
