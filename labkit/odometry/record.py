@@ -265,7 +265,9 @@ def record_of_match(
 
 
 def rmse_of(pairs: Correspondences) -> float:
-    """Root mean square [m] of the residuals of the kept pairs, which the metric minimises."""
+    """Root mean square [m] of the kept pairs' residuals, which the metric minimises; else NaN."""
+    if not pairs.kept.any():
+        return math.nan
     return math.sqrt(np.mean(pairs.residuals[pairs.kept] ** 2))
 
 
