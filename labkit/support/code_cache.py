@@ -2,7 +2,8 @@
 
 numba looks at each source file alone, and misses a change in a file that a stage calls into. So
 all code stands in one folder of the user's cache, named by a hash of all files with compiled
-functions. The variable ``LABKIT_CACHE`` names another place for that folder.
+functions; copies of the lab share it. The variable ``LABKIT_CACHE`` names another place for that
+folder.
 """
 
 import functools
@@ -37,13 +38,8 @@ def tell_of_compiling() -> None:
 
 def keep(dispatcher: Any) -> Any:
     """Return the compiled function, whose machine code numba now keeps on disk."""
-    folder = cache_folder()
-    if folder is not None:
-        usual_folder = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(folder)  # numba reads it in the next line
-        dispatcher.enable_caching()
-        numba.config.CACHE_DIR = usual_folder
-        dispatcher._cache._cache_file.__class__ = _Files
+    if cache_folder() is not None:
+        dispatcher._cache = _FunctionCache(dispatcher.py_func)
     return dispatcher
 
 
@@ -71,6 +67,41 @@ def fingerprint() -> str:
     stages = b"".join(source for source in sources if b"\n@compiled" in source)
     versions = f"{numba.__version__} {sys.version_info[:3]}"
     return sha256(stages + versions.encode()).hexdigest()[:16]
+
+
+class _Locator(caching._CacheLocator):  # type: ignore[misc]
+    """Where numba keeps the code of a function: in a folder that is named by the sources."""
+
+    def __init__(self, function: Any, file: str) -> None:
+        self._name = f"{Path(file).parent.name}-{function.__code__.co_firstlineno}"
+
+    @classmethod
+    def from_function(cls, function: Any, file: str) -> Any:
+        return cls(function, file)
+
+    def get_cache_path(self) -> str:
+        return str(cache_folder())
+
+    def get_source_stamp(self) -> str:
+        return ""  # the folder's name is one
+
+    def get_disambiguator(self) -> str:
+        return self._name
+
+
+class _Implementation(caching.CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = (_Locator,)
+
+
+class _FunctionCache(caching.FunctionCache):  # type: ignore[misc]
+    """numba's cache of a function, in our folder and with our files."""
+
+    _impl_class = _Implementation
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = _Files(self.cache_path, self._impl.filename_base, stamp)
 
 
 class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]

@@ -4,13 +4,11 @@ A compiled function works on arrays and numbers, in plain Python: what the book 
 runs. It returns arrays and numbers to Python, no named tuple: numba makes those by running Python,
 and an interrupt there ends the process. Python runs the same functions a hundred times slower.
 
-Three things change for the whole process, and only while a first call loads or compiles:
+Two things change for the whole process, and only while a first call loads or compiles:
 
 - the garbage collector pauses (`_collector_paused`): a collection comes later, nothing else;
 - numba's `ensure_blas` does nothing (`_load_without_blas`): a matrix product that another thread
-  compiles meanwhile looks for its BLAS at its first call;
-- numba's `config.CACHE_DIR` is ours (`labkit.support.code_cache.keep`) for the one line in which
-  numba reads it.
+  compiles meanwhile looks for its BLAS at its first call.
 """
 
 import contextlib

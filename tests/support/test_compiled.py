@@ -3,12 +3,15 @@
 import itertools
 import os
 import pickle
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import labkit
 from labkit.icp import icp, minimise
 from labkit.support.compiled import compiled_signatures, load_numba
 
@@ -72,6 +75,16 @@ def test_the_cache_may_lie_at_home(tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
     answer("~/stages")
     assert list((tmp_path / "stages").rglob("*.nbi"))
+
+
+@NEEDS_NUMBA
+def test_a_copy_of_the_lab_compiles_nothing_anew(cache, tmp_path):
+    shutil.copytree(Path(labkit.__file__).parent, tmp_path / "labkit")
+    place = repr(str(tmp_path))
+    from_there = f"import sys; sys.path.insert(0, {place}); import labkit; "
+    is_there = f"assert labkit.__file__.startswith({place}); "
+
+    assert answer(cache, from_there + is_there + ASKED) == ""
 
 
 DAMAGES = {  # to the index, and to the code that a whole index leads to
