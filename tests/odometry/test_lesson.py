@@ -204,5 +204,6 @@ def test_a_step_is_as_sure_as_the_lab_s_odometry_tells_of_the_same_match(priors)
 
     assert lesson.records[1].decision is lab.records[1].decision is Decision.ICP
     np.testing.assert_allclose(lesson.records[1].covariance, lab.records[1].covariance, rtol=0.5)
-    np.testing.assert_array_equal(lesson.records[3].covariance, lab.records[3].covariance)
+    unmatched, measured = (np.diag(run.records[3].covariance) for run in (lesson, lab))
+    assert (unmatched > measured).all()  # a third of the limits, and how far these wheels err
     assert all(np.linalg.eigvalsh(each.covariance)[0] > 0.0 for each in lesson.records[1:])
