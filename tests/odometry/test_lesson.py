@@ -205,5 +205,5 @@ def test_a_step_is_as_sure_as_the_lab_s_odometry_tells_of_the_same_match(priors)
     assert lesson.records[1].decision is lab.records[1].decision is Decision.ICP
     np.testing.assert_allclose(lesson.records[1].covariance, lab.records[1].covariance, rtol=0.5)
     unmatched, measured = (np.diag(run.records[3].covariance) for run in (lesson, lab))
-    assert (unmatched > measured).all()  # a third of the limits, and how far these wheels err
+    assert (unmatched >= measured).all()  # a third of the limits; with wheels, how far they err
     assert all(np.linalg.eigvalsh(each.covariance)[0] > 0.0 for each in lesson.records[1:])
