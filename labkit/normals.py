@@ -1,13 +1,18 @@
-"""Normals of a scan's surface: what the point-to-line metric and the covariance need.
+"""The lines through a scan's points: normals, and points that lie on them (chapter 6).
 
-The normal of a point is the direction in which its neighbours spread least: the eigenvector
-of their moment matrix
+The line of a point runs through the mean p̄ of its neighbours. Its normal is the direction in which
+they spread least: the eigenvector of their moment matrix
 
     M = mean of (p − p̄)(p − p̄)ᵀ
 
-to the smaller eigenvalue (total least squares). A scan that knows its beams takes the
-neighbours along the sweep; bare points take the nearest ones. A point without enough
-neighbours on a line gets NaN: it has no normal, and no later stage may invent one.
+to the smaller eigenvalue (total least squares). A scan that knows its beams takes the neighbours
+along the sweep; bare points take the nearest ones. A point without enough neighbours on a line gets
+NaN: it has no normal, and no later stage may invent one.
+
+Where the points are denser than their noise is wide, such neighbours form a cloud. Its direction is
+chance, and so is the distance to its nearest point: near, wherever the other scan lies. So all
+points within `line_width` are the neighbours there, a width that follows the noise, and the point
+itself is moved onto their line, along the normal. The more points, the less of their noise is left.
 """
 
 from __future__ import annotations
@@ -17,31 +22,47 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.neighbors import Grid, NearestNeighbors, neighbors_of
+from labkit.neighbors import (
+    Grid,
+    NearestNeighbors,
+    cells_around,
+    kth_smallest,
+    neighbors_of,
+    squared,
+)
 from labkit.scan import Scan, as_scan
-from labkit.support.arrays import EPSILON, FloatArray, IntArray
+from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.compiled import compiled
 
-HALF_WIDTH = 0.25  # [m]: how far a window along the sweep reaches to either side
-HALF_BEAMS = 3  # beams that it reaches at the least
-MIN_SPACING = 1e-3 * HALF_WIDTH  # [m]: points closer together count as this far apart
-NEIGHBORS = 7  # neighbours looked at in space, the point itself included
+HALF_BEAMS = 3  # beams to either side that a window along the sweep reaches at the least
+NEIGHBORS = 2 * HALF_BEAMS + 1  # points looked at in space, the point itself included
 CIRCLE_GROWTH = 1.3  # first circle of a search over the last circle of the point before
 MAX_NEIGHBOR_DISTANCE = 0.5  # [m]: neighbours farther than this are not on the same surface
 GAP_RATIO = 4.0  # a step this much longer than its shorter neighbour leaves the surface
 GAP_FLOOR = 0.05  # [m]: a step this short never does
 LINEARITY = 0.5  # largest ratio of the spreads across and along that still is a line
 MIN_ON_LINE = 3  # points that a line needs
+WIDTH_PER_NOISE = 12.0  # radius over noise from which on a neighbourhood shows its line well
+WIDE_LINEARITY = 3.0 / WIDTH_PER_NOISE  # as `LINEARITY`, at that radius: noise explains no more
+DENSE = 1.0  # distance between neighbours over noise below which points are dense
+FILLED = 0.3  # least spread along a line over the radius; √0.2 where points lie evenly
+HALF_WIDTH = 0.25  # [m]: how far the window of a sparse sweep reaches to either side
+SPARSE_WIDTH_PER_NOISE = 25.0  # half-width of its window over the noise, if that is less
+MIN_WIDTH = 1e-3  # [m]: no scanner's noise asks for less
+MIN_SPACING = 1e-3 * HALF_WIDTH  # [m]: points closer together count as this far apart
+SAMPLE_SIZE = 16  # points that tell the width for a scan
+WIDE_SAMPLE = 96  # points of a wide neighbourhood that are looked at
 
-Sums = tuple[float, float, float, float, float]  # of x, y, x², xy, y²
-EMPTY_SUMS = (0.0, 0.0, 0.0, 0.0, 0.0)
+Sums = tuple[float, float, float, float, float, float]  # of w, w x, w y, w x², w x y, w y²
+Line = tuple[float, float, float, float, float]  # normal; p̄ along it; spreads across and along [m]
+NO_SUMS = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_LINE = (math.nan, math.nan, 0.0, 0.0, 0.0)
 
 
-def estimate_normals(scan: Scan | ArrayLike, grid: Grid | None = None) -> FloatArray:
+def estimate_normals(scan: Scan | ArrayLike) -> FloatArray:
     """Unit normals (N, 2) of the surface at the points of a scan, turned towards the scanner.
 
-    They are NaN where the neighbourhood is no line: at a lone return, in scatter, at an edge
-    sharper than a right angle. `grid` is the points' own, where there is one already.
+    They are NaN where the neighbourhood is no line: at a lone return, in scatter, at an edge.
 
     Examples
     --------
@@ -52,42 +73,81 @@ def estimate_normals(scan: Scan | ArrayLike, grid: Grid | None = None) -> FloatA
     scan = as_scan(scan)
     if len(scan) < MIN_ON_LINE:
         return np.full((len(scan), 2), np.nan)
-    if scan.beams is not None:
-        return normals_along_sweep(scan.points)
-    return normals_in_space(grid or NearestNeighbors(scan).grid)
+    grid = NearestNeighbors(scan).grid
+    return fit_lines(scan, grid, *line_width(grid))[0]
 
 
-@compiled
-def normals_along_sweep(points: FloatArray) -> FloatArray:
-    """Normals from a window of beams around each point, shape (N, 2).
+def fit_lines(scan: Scan, grid: Grid, width: float, dense: bool) -> tuple[FloatArray, FloatArray]:
+    """Normals (N, 2) at a scan's points, and the points (N, 2), dense ones on their lines.
 
-    The sums of a window are differences of running sums, so that wide ones cost no more.
+    `grid` is that of the points, `width` and `dense` are what `line_width` tells of it.
     """
-    count = len(points)
-    middle = points[count // 2]  # small numbers round less
-    running = [EMPTY_SUMS]  # entry i: the sums of the points before point i
-    for i in range(count):
-        x = points[i, 0] - middle[0]
-        y = points[i, 1] - middle[1]
-        running.append(add_point(running[i], x, y))
-    _, _, squares_x, _, squares_y = running[count]
-    rounding = 64.0 * EPSILON * (squares_x + squares_y)  # [m²]
-
-    start, stop = windows_along_sweep(points)
-    normals = np.empty((count, 2))
-    for i in range(count):
-        window = subtract_sums(running[stop[i]], running[start[i]])
-        size = stop[i] - start[i]
-        point = points[i, 0], points[i, 1]
-        normals[i, 0], normals[i, 1] = normal_of(window, size, rounding, point)
-    return normals
+    if scan.beams is None:
+        return lines_in_space(grid, width, dense)
+    return lines_along_sweep(grid, width, dense)
 
 
 @compiled
-def normals_in_space(grid: Grid) -> FloatArray:
-    """Normals from the nearest `NEIGHBORS` points in space, shape (N, 2)."""
+def line_width(grid: Grid) -> tuple[float, bool]:
+    """Radius [m] of neighbourhoods in which points show their lines, and whether they are dense.
+
+    The smallest of a falling series of radii at which the neighbours of the median sample form a
+    line: they fill the circle along it, and spread across it, by their noise, at most the
+    `WIDTH_PER_NOISE`-th part of its radius. Points are sparse where the median sample has no
+    neighbour within `DENSE` times that noise, and where they form no lines; theirs is at most
+    `HALF_WIDTH`.
+    """
+    points = grid.points
+    size = min(SAMPLE_SIZE, len(points))
+    middle = size // 2
+    sample = np.empty((size, 2))
+    for i in range(size):  # from the first to the last point, alike in either order
+        sample[i] = points[i * (len(points) - 1) // max(1, size - 1)]
+    across = np.empty(size)
+    along = np.empty(size)
+    counts = np.empty(size)
+    width = 0.0
+    radius = MAX_NEIGHBOR_DISTANCE
+    while radius > MIN_WIDTH:
+        for i in range(size):
+            sums, count = sums_within(sample[i, 0], sample[i, 1], radius, grid, 0)
+            _, _, _, across[i], along[i] = line_of(sums, count)
+        noise = kth_smallest(across, middle)
+        is_filled = kth_smallest(along, middle) >= FILLED * radius
+        if is_filled and WIDTH_PER_NOISE * noise <= radius:
+            width = radius
+            for i in range(size):
+                _, counts[i] = sums_within(sample[i, 0], sample[i, 1], DENSE * noise, grid, 0)
+            if kth_smallest(counts, middle) <= 1:  # the sample itself
+                return min(HALF_WIDTH, SPARSE_WIDTH_PER_NOISE * noise), False
+        elif width > 0.0:
+            return width, True
+        radius *= math.sqrt(0.5)
+    return (width, True) if width > 0.0 else (HALF_WIDTH, False)
+
+
+@compiled
+def lines_along_sweep(grid: Grid, width: float, dense: bool) -> tuple[FloatArray, FloatArray]:
+    """Normals, and points on their lines, by a window of beams around each point, (N, 2) each."""
+    points = grid.points
+    start, stop = windows_along_sweep(points, width)
+    normals = np.empty(points.shape)
+    on_lines = points.copy()
+    for i in range(len(points)):
+        sums = NO_SUMS
+        for k in range(start[i], stop[i]):
+            sums = add_point(sums, points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], 1.0)
+        line = line_of(sums, stop[i] - start[i])
+        put_on_line(i, line, grid, width, dense, normals, on_lines)
+    return normals, on_lines
+
+
+@compiled
+def lines_in_space(grid: Grid, width: float, dense: bool) -> tuple[FloatArray, FloatArray]:
+    """Normals, and points on their lines, by the `NEIGHBORS` nearest in space, (N, 2) each."""
     points = grid.points
     normals = np.empty(points.shape)
+    on_lines = points.copy()
     rows = np.empty(NEIGHBORS, np.intp)
     squares = np.empty(NEIGHBORS)
     radius = 0.0
@@ -98,70 +158,132 @@ def normals_in_space(grid: Grid) -> FloatArray:
             radius = CIRCLE_GROWTH * math.sqrt(squares[-1])
         else:
             radius = MAX_NEIGHBOR_DISTANCE
-        sums = EMPTY_SUMS
+        sums = NO_SUMS
         for row in rows[:count]:
-            sums = add_point(sums, points[row, 0] - x, points[row, 1] - y)
-        normals[i, 0], normals[i, 1] = normal_of(sums, count, 0.0, (x, y))
-    return normals
+            sums = add_point(sums, points[row, 0] - x, points[row, 1] - y, 1.0)
+        put_on_line(i, line_of(sums, count), grid, width, dense, normals, on_lines)
+    return normals, on_lines
 
 
 @compiled
-def add_point(sums: Sums, x: float, y: float) -> Sums:
-    """The sums with one more point."""
-    return sums[0] + x, sums[1] + y, sums[2] + x * x, sums[3] + x * y, sums[4] + y * y
+def put_on_line(
+    i: int,
+    line: Line,
+    grid: Grid,
+    width: float,
+    dense: bool,
+    normals: FloatArray,
+    on_lines: FloatArray,
+) -> None:
+    """Write row i of the normals, and of the points on lines, where they are dense."""
+    x, y = grid.points[i, 0], grid.points[i, 1]
+    nx, ny, offset, across, along = line
+    linearity = LINEARITY
+    if dense and math.sqrt(3.0) * along < width:  # its neighbours form a cloud
+        nx, ny, offset, across, along = wide_line(x, y, i, grid, width)
+        linearity = WIDE_LINEARITY
+    if not across < linearity * along:
+        nx, ny = math.nan, math.nan
+    elif nx * x + ny * y > 0.0:  # away from the scanner
+        nx, ny, offset = 0.0 - nx, 0.0 - ny, 0.0 - offset
+    normals[i, 0] = nx
+    normals[i, 1] = ny
+    if dense and math.isfinite(nx):
+        on_lines[i, 0] = x + offset * nx
+        on_lines[i, 1] = y + offset * ny
 
 
 @compiled
-def subtract_sums(sums: Sums, less: Sums) -> Sums:
-    """The sums without those of other points."""
-    return (
-        sums[0] - less[0],
-        sums[1] - less[1],
-        sums[2] - less[2],
-        sums[3] - less[3],
-        sums[4] - less[4],
-    )
+def wide_line(x: float, y: float, i: int, grid: Grid, width: float) -> Line:
+    """The line of point i at (x, y), through all points within `width` [m], or a wider circle.
+
+    The circle grows until the points fill it: points on one beam are no wall.
+    """
+    radius = width
+    while radius <= MAX_NEIGHBOR_DISTANCE:
+        sums, count = sums_within(x, y, radius, grid, i)
+        line = line_of(sums, count)
+        if count >= NEIGHBORS and line[4] >= FILLED * radius:
+            return line
+        radius *= 2.0
+    return NO_LINE
 
 
 @compiled
-def normal_of(
-    sums: Sums, count: int, rounding: float, point: tuple[float, float]
-) -> tuple[float, float]:
-    """Normal of the line fitted to `count` points (given their sums), turned towards the scanner.
+def sums_within(x: float, y: float, radius: float, grid: Grid, first: int) -> tuple[Sums, int]:
+    """Sums over the points within a radius [m] of (x, y), relative to it, and their number.
 
-    NaN where they lie on no line, or where their spread [m²] is `rounding` alone.
+    Of many points every n-th is looked at; which one is the `first` differs from point to point, so
+    that all points together look at all.
+    """
+    left, right, low, high = cells_around(x, y, radius, grid)
+    total = 0
+    for line in range(low, high + 1):
+        row = line * grid.columns
+        total += grid.start[row + right + 1] - grid.start[row + left]
+    stride = max(1, total // WIDE_SAMPLE)
+
+    sums = NO_SUMS
+    count = 0
+    skipped = first % stride
+    for line in range(low, high + 1):
+        row = line * grid.columns
+        k = grid.start[row + left] + skipped
+        end = grid.start[row + right + 1]
+        while k < end:
+            weight = 1.0 - squared(x, y, grid.entries, k) / (radius * radius)
+            if weight > 0.0:
+                dx, dy = grid.entries[k, 0] - x, grid.entries[k, 1] - y
+                sums = add_point(sums, dx, dy, weight)
+                count += 1
+            k += stride
+        skipped = k - end
+    return sums, count
+
+
+@compiled
+def add_point(sums: Sums, x: float, y: float, w: float) -> Sums:
+    """The sums with one more point, of weight w."""
+    total, wx, wy, xx, xy, yy = sums
+    return total + w, wx + w * x, wy + w * y, xx + w * x * x, xy + w * x * y, yy + w * y * y
+
+
+@compiled
+def line_of(sums: Sums, count: int) -> Line:
+    """The line fitted to `count` points, given their sums about a point; NaN if all coincide.
+
+    Its unit normal (nx, ny), how far it lies from that point along the normal [m], and how far the
+    points spread across and along it [m].
     """
     if count < MIN_ON_LINE:
-        return math.nan, math.nan
-    x, y = sums[0] / count, sums[1] / count
-    xx = sums[2] / count - x * x  # the entries of M
-    xy = sums[3] / count - x * y
-    yy = sums[4] / count - y * y
+        return NO_LINE
+    x, y = sums[1] / sums[0], sums[2] / sums[0]  # p̄
+    xx = sums[3] / sums[0] - x * x  # the entries of M
+    xy = sums[4] / sums[0] - x * y
+    yy = sums[5] / sums[0] - y * y
     half = 0.5 * (xx - yy)
     root = math.sqrt(half * half + xy * xy)
-    smaller = 0.5 * (xx + yy) - root  # the eigenvalues of M
+    smaller = max(0.0, 0.5 * (xx + yy) - root)  # the eigenvalues of M
     larger = 0.5 * (xx + yy) + root
-    if not smaller < LINEARITY**2 * larger or larger <= rounding:
-        return math.nan, math.nan
     u, v = (-xy, root + half) if half > 0.0 else (half - root, xy)  # eigenvector to the smaller
-    if u * point[0] + v * point[1] > 0.0:  # away from the scanner
-        u, v = 0.0 - u, 0.0 - v
     length = math.sqrt(u * u + v * v)
-    return u / length, v / length
+    if not length > 0.0:
+        return NO_LINE
+    nx, ny = u / length, v / length
+    return nx, ny, nx * x + ny * y, math.sqrt(smaller), math.sqrt(larger)
 
 
 @compiled
-def windows_along_sweep(points: FloatArray) -> tuple[IntArray, IntArray]:
+def windows_along_sweep(points: FloatArray, width: float) -> tuple[IntArray, IntArray]:
     """First point of each point's window along the sweep, and the point after its last one.
 
-    A window reaches `HALF_WIDTH` to either side, at least `HALF_BEAMS` beams, and ends
-    with the surface.
+    A window reaches `width` [m] to either side, at least `HALF_BEAMS` beams, and ends with the
+    surface.
     """
     count = len(points)
     step = np.empty(count + 1)  # entry i: from point i − 1 to point i [m]
     for i in range(1, count):
-        dx, dy = points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1]
-        step[i] = math.sqrt(dx * dx + dy * dy)
+        step[i] = math.sqrt(squared(points[i, 0], points[i, 1], points, i - 1))
     step[0] = step[1]  # both ends take the step beside them
     step[count] = step[count - 1]
 
@@ -172,7 +294,7 @@ def windows_along_sweep(points: FloatArray) -> tuple[IntArray, IntArray]:
         if leaves_surface(step, i):
             surface_start = i
         spacing = max(min(step[i], step[i + 1]), MIN_SPACING)
-        beams = int(max(HALF_WIDTH / spacing, HALF_BEAMS))
+        beams = max(int(width / spacing), HALF_BEAMS)
         start[i] = max(i - beams, surface_start)
         stop[i] = i + beams + 1
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.neighbors import NearestNeighbors
-from labkit.normals import estimate_normals
+from labkit.normals import fit_lines, line_width
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan, as_scan
 from labkit.support.arrays import FloatArray, as_normals, read_only
@@ -49,20 +49,45 @@ class Target:
 
     @property
     def points(self) -> FloatArray:
-        """The points [m], shape (M, 2)."""
-        return self.scan.points
+        """The points [m] that a match measures to, shape (M, 2); see `labkit.normals`.
+
+        They are the scan's own, but where those are denser than their noise, on lines through them.
+        """
+        return self._lines[1] if self.dense else self.scan.points
+
+    @property
+    def dense(self) -> bool:
+        """True if the points were moved, since they are denser than their noise."""
+        return self._width[1]
+
+    @property
+    def line_width(self) -> float:
+        """Radius [m] of the neighbourhoods through which the lines of dense points run."""
+        return self._width[0]
 
     @cached_property
     def search(self) -> NearestNeighbors:
         """The nearest-neighbour search among the points."""
-        return NearestNeighbors(self.scan)
+        return NearestNeighbors(self.points) if self.dense else self._measured
 
     @cached_property
     def normals(self) -> FloatArray:
         """Unit normals, shape (M, 2); NaN where a point lies on no line."""
-        if self._given is not None:
-            return self._given
-        return read_only(estimate_normals(self.scan, self.search.grid))
+        return self._lines[0] if self._given is None else self._given
+
+    @cached_property
+    def _measured(self) -> NearestNeighbors:
+        """The nearest-neighbour search among the points as they were measured."""
+        return NearestNeighbors(self.scan)
+
+    @cached_property
+    def _width(self) -> tuple[float, bool]:
+        return line_width(self._measured.grid) if self._given is None else (0.0, False)
+
+    @cached_property
+    def _lines(self) -> tuple[FloatArray, FloatArray]:
+        normals, points = fit_lines(self.scan, self._measured.grid, *self._width)
+        return read_only(normals), read_only(points)
 
     def normals_for(self, parameters: IcpParameters) -> FloatArray:
         """The normals that the loop needs: those of all points, or none under point-to-point."""

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labkit import Scan
+from labkit import Scan, Target
 from labkit.normals import estimate_normals
 from labkit.se2 import apply, rotation, transform
-from labkit.simulation import Lidar, World, cast
+from labkit.simulation import Lidar, World, cast, room
 from labkit.simulation.world import polyline
 
 QUIET = Lidar(noise_std=0.0)
@@ -104,6 +104,52 @@ def test_a_lone_return_has_no_normal(order):
     normals = estimate_normals(scan)
     assert np.isnan(normals[21]).all()
     assert np.isfinite(np.delete(normals, 21, axis=0)).all()
+
+
+def shuffled_wall(count):
+    """Bare points of a wall 2 m ahead, 4 m wide, with 1 cm of noise across it."""
+    rng = np.random.default_rng(count)
+    across = rng.normal(0.0, 0.01, count)
+    return Scan.from_points(np.column_stack([2.0 + across, rng.uniform(-2.0, 2.0, count)]))
+
+
+@pytest.mark.parametrize("count", [2_000, 20_000])
+def test_dense_points_lie_on_their_wall(count):
+    target = Target(shuffled_wall(count))
+
+    has_normal = np.isfinite(target.normals[:, 0])
+    off_the_wall = np.abs(target.points[has_normal, 0] - 2.0)
+    assert has_normal.mean() > 0.97  # all but a few at the wall's ends
+    assert np.median(off_the_wall) < 0.01 / math.sqrt(count / 200)  # of 1 cm of noise
+    assert np.max(np.abs(target.normals[has_normal, 1])) < 0.3
+
+
+def test_sparse_points_stay_as_they_were_measured(in_the_room):
+    target = Target(in_the_room.target.select(np.arange(0, 541, 5)))
+
+    assert not target.dense
+    assert target.points is target.scan.points
+
+
+def test_sweeps_that_lie_on_one_another_have_no_lines_along_their_beams():
+    """Twenty sweeps from one place: the seven nearest of a point lie on its own beam."""
+    world = World(segments=polyline(np.array([[3.0, -4.0], [3.0, 4.0]])))
+    sweeps = [cast(world, np.eye(3), Lidar(noise_std=0.003), rng=k).points for k in range(20)]
+
+    normals = Target(np.vstack(sweeps)).normals
+
+    tilt = np.abs(normals[:, 1])[np.isfinite(normals[:, 1])]
+    assert len(tilt) > 0.9 * len(normals)
+    assert np.max(tilt) < 0.5
+
+
+@pytest.mark.parametrize("noise", [0.003, 0.01, 0.03])
+def test_the_width_of_a_neighbourhood_follows_the_noise(noise):
+    scan = cast(room(), np.eye(3), Lidar(beam_count=20_000, noise_std=noise), rng=0)
+
+    width = Target(scan).line_width
+
+    assert 8.0 * noise < width < 25.0 * noise
 
 
 LATTICE = 2.0 * np.stack(np.meshgrid(np.arange(5), np.arange(5)), axis=-1).reshape(-1, 2) + 1.0

@@ -4,7 +4,7 @@
 import { inlierCount } from "../explorer/correspondences.js";
 import { freeMotions, observability } from "../explorer/degeneracy.js";
 import { icp } from "../explorer/icp.js";
-import { normalsAlongSweep } from "../explorer/normals.js";
+import { fitLines } from "../explorer/normals.js";
 import { failed } from "../explorer/result.js";
 import { prepareTarget } from "../explorer/scene.js";
 import { compose, invert, poseDifference, toXYTheta, transform } from "../explorer/se2.js";
@@ -15,8 +15,14 @@ const MAX_LOOP_GAP_M = 2; // m driven between two visits of a place, and how far
 const SCAN_SPACING_M = 0.9; // m driven between two scans that are looked at
 const MIN_PARTNER_SHARE = 0.55; // of the points, with a partner: the same place
 
-const targetOf = (scan) =>
-  (scan.target ??= prepareTarget(scan.points, normalsAlongSweep(scan.points)));
+function targetOf(scan) {
+  if (!scan.target) {
+    const { points, normals } = fitLines(scan.points);
+    scan.target = prepareTarget(points, normals);
+  }
+  return scan.target;
+}
+
 const renewed = (T) => transform(...toXYTheta(T)); // without the rounding that would grow
 
 export class Odometry {

@@ -1,59 +1,138 @@
-// Normals of a sweep's surface; mirrors labkit/normals.py, for points in beam order.
+// The lines through a sweep's points; mirrors labkit/normals.py.
 
 import {
+  DENSE,
+  FILLED,
   GAP_FLOOR,
   GAP_RATIO,
   HALF_BEAMS,
   HALF_WIDTH,
   LINEARITY,
-  MIN_ON_LINE,
   MAX_NEIGHBOR_DISTANCE,
+  MIN_ON_LINE,
+  MIN_WIDTH,
+  NEIGHBORS,
+  SAMPLE_SIZE,
+  SPARSE_WIDTH_PER_NOISE,
+  WIDE_LINEARITY,
+  WIDTH_PER_NOISE,
 } from "./constants.js";
 
-// Unit normals towards the scanner; NaN where the points about one lie on no line.
-export function normalsAlongSweep(points) {
-  const count = points.length / 2;
-  const normals = new Float64Array(2 * count);
-  const { start, stop } = windowsAlongSweep(points);
-  for (let i = 0; i < count; i++)
-    [normals[2 * i], normals[2 * i + 1]] = normalOf(points, i, start[i], stop[i]);
-  return normals;
+const NO_LINE = { nx: NaN, ny: NaN, offset: 0, across: 0, along: 0 };
+
+// Unit normals towards the scanner, NaN where the points about one lie on no line; and the points,
+// dense ones moved onto their lines.
+export function fitLines(points) {
+  const { width, dense } = lineWidth(points);
+  const { start, stop } = windowsAlongSweep(points, width);
+  const normals = new Float64Array(points.length);
+  const onLines = Float64Array.from(points);
+  for (let i = 0; i < points.length / 2; i++) {
+    let line = lineOf(sumsBetween(points, i, start[i], stop[i]));
+    let linearity = LINEARITY;
+    if (dense && Math.sqrt(3) * line.along < width) {
+      line = wideLine(points, i, width);
+      linearity = WIDE_LINEARITY;
+    }
+    const { nx, ny, offset, across, along } = line;
+    const isLine = across < linearity * along;
+    const sign = nx * points[2 * i] + ny * points[2 * i + 1] > 0 ? -1 : 1; // to the scanner
+    normals[2 * i] = isLine ? sign * nx : NaN;
+    normals[2 * i + 1] = isLine ? sign * ny : NaN;
+    if (dense && isLine) {
+      onLines[2 * i] += offset * nx;
+      onLines[2 * i + 1] += offset * ny;
+    }
+  }
+  return { normals, points: onLines };
 }
 
-// The normal at a point of the line through those from `start` to `stop`.
-export function normalOf(points, i, start, stop) {
-  const count = stop - start;
-  const [px, py] = [points[2 * i], points[2 * i + 1]];
-  let x = 0;
-  let y = 0;
-  let xx = 0;
-  let xy = 0;
-  let yy = 0;
-  for (let k = start; k < stop; k++) {
-    const dx = points[2 * k] - px;
-    const dy = points[2 * k + 1] - py;
-    x += dx / count;
-    y += dy / count;
-    xx += (dx * dx) / count;
-    xy += (dx * dy) / count;
-    yy += (dy * dy) / count;
+// The line through all points within the width of point i, or in a wider circle that they fill.
+export function wideLine(points, i, width) {
+  for (let radius = width; radius <= MAX_NEIGHBOR_DISTANCE; radius *= 2) {
+    const sums = sumsWithin(points, i, radius);
+    const line = lineOf(sums);
+    if (sums.count >= NEIGHBORS && line.along >= FILLED * radius) return line;
   }
-  xx -= x * x;
-  xy -= x * y;
-  yy -= y * y;
+  return NO_LINE;
+}
+
+// The radius of neighbourhoods in which points show their lines, and whether they are dense.
+export function lineWidth(points) {
+  const count = points.length / 2;
+  const size = Math.min(SAMPLE_SIZE, count);
+  const sample = Array.from({ length: size }, (_, i) =>
+    Math.floor((i * (count - 1)) / Math.max(1, size - 1)),
+  );
+  let width = 0;
+  for (let radius = MAX_NEIGHBOR_DISTANCE; radius > MIN_WIDTH; radius *= Math.SQRT1_2) {
+    const lines = sample.map((i) => lineOf(sumsWithin(points, i, radius)));
+    const noise = median(lines.map((line) => line.across));
+    const isFilled = median(lines.map((line) => line.along)) >= FILLED * radius;
+    if (isFilled && WIDTH_PER_NOISE * noise <= radius) {
+      width = radius;
+      const counts = sample.map((i) => sumsWithin(points, i, DENSE * noise).count);
+      if (median(counts) <= 1)
+        return { width: Math.min(HALF_WIDTH, SPARSE_WIDTH_PER_NOISE * noise), dense: false };
+    } else if (width > 0) break;
+  }
+  return width > 0 ? { width, dense: true } : { width: HALF_WIDTH, dense: false };
+}
+
+const median = (values) => values.sort((a, b) => a - b)[Math.floor(values.length / 2)];
+
+// Sums over the points within a radius of point i, the nearer ones with more weight.
+export function sumsWithin(points, i, radius) {
+  const sums = { count: 0, w: 0, x: 0, y: 0, xx: 0, xy: 0, yy: 0 };
+  for (let k = 0; k < points.length / 2; k++) {
+    const dx = points[2 * k] - points[2 * i];
+    const dy = points[2 * k + 1] - points[2 * i + 1];
+    const weight = 1 - (dx * dx + dy * dy) / (radius * radius);
+    if (weight > 0) addPoint(sums, dx, dy, weight);
+  }
+  return sums;
+}
+
+export function addPoint(sums, x, y, w) {
+  sums.count += 1;
+  sums.w += w;
+  sums.x += w * x;
+  sums.y += w * y;
+  sums.xx += w * x * x;
+  sums.xy += w * x * y;
+  sums.yy += w * y * y;
+}
+
+// The line fitted to summed points: its unit normal, how far it lies along it, and their spreads.
+export function lineOf(sums) {
+  if (sums.count < MIN_ON_LINE) return NO_LINE;
+  const x = sums.x / sums.w;
+  const y = sums.y / sums.w;
+  const xx = sums.xx / sums.w - x * x; // the entries of M
+  const xy = sums.xy / sums.w - x * y;
+  const yy = sums.yy / sums.w - y * y;
   const half = 0.5 * (xx - yy);
   const root = Math.sqrt(half * half + xy * xy);
-  const smallEigenvalue = 0.5 * (xx + yy) - root;
-  const largeEigenvalue = 0.5 * (xx + yy) + root; // eigenvalues of M
-  if (count < MIN_ON_LINE || !(smallEigenvalue < LINEARITY ** 2 * largeEigenvalue))
-    return [NaN, NaN];
-  const [u, v] = half > 0 ? [-xy, root + half] : [half - root, xy]; // eigenvector to the least
-  const length = Math.sqrt(u * u + v * v) * (u * px + v * py > 0 ? -1 : 1); // to the scanner
-  return [u / length, v / length];
+  const smallEigenvalue = Math.max(0, 0.5 * (xx + yy) - root);
+  const largeEigenvalue = 0.5 * (xx + yy) + root;
+  const [u, v] = half > 0 ? [-xy, root + half] : [half - root, xy]; // of the small eigenvalue
+  const length = Math.sqrt(u * u + v * v);
+  if (!(length > 0)) return NO_LINE;
+  const [nx, ny] = [u / length, v / length];
+  const [across, along] = [Math.sqrt(smallEigenvalue), Math.sqrt(largeEigenvalue)];
+  return { nx, ny, offset: nx * x + ny * y, across, along };
+}
+
+// Sums over the points from `start` to `stop`, relative to point i.
+function sumsBetween(points, i, start, stop) {
+  const sums = { count: 0, w: 0, x: 0, y: 0, xx: 0, xy: 0, yy: 0 };
+  for (let k = start; k < stop; k++)
+    addPoint(sums, points[2 * k] - points[2 * i], points[2 * k + 1] - points[2 * i + 1], 1);
+  return sums;
 }
 
 // The first point of each point's window, and the one after its last: it ends with the surface.
-export function windowsAlongSweep(points) {
+export function windowsAlongSweep(points, width) {
   const count = points.length / 2;
   const step = new Float64Array(count + 1);
   for (let i = 1; i < count; i++)
@@ -64,12 +143,8 @@ export function windowsAlongSweep(points) {
   const stop = new Int32Array(count);
   for (let i = 0, edge = 0; i < count; i++) {
     if (leavesSurface(step, i)) edge = i;
-    const beams = Math.floor(
-      Math.max(
-        HALF_WIDTH / Math.max(Math.min(step[i], step[i + 1]), 1e-3 * HALF_WIDTH),
-        HALF_BEAMS,
-      ),
-    );
+    const spacing = Math.max(Math.min(step[i], step[i + 1]), 1e-3 * HALF_WIDTH);
+    const beams = Math.max(Math.floor(width / spacing), HALF_BEAMS);
     start[i] = Math.max(i - beams, edge);
     stop[i] = i + beams + 1;
   }
