@@ -97,8 +97,8 @@ ACCURATE = IcpParameters(
     metric="point_to_line",
     overlap_ratio=1.0,
     huber_delta=0.02,
-    translation_tolerance=3e-3,
-    rotation_tolerance=7.5e-4,
+    translation_tolerance=5e-4,
+    rotation_tolerance=1.25e-4,
     cost_tolerance=0.0,
     approach=True,
 )
