@@ -29,7 +29,7 @@ def load_plain_answers() -> PlainAnswers:
     """The right answers to the visible cases with arguments in their plainest form.
 
     >>> sorted(load_plain_answers()["icp_step"]["v1"])[0]
-    'x'
+    '`T` the identity'
     """
     questions = json.loads((FOLDER / PLAIN_ANSWERS).read_text("utf-8"))
     return {
