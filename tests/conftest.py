@@ -11,6 +11,9 @@ from labkit import transform
 from labkit.logs import Log, read_log
 from labkit.simulation import Lidar, cast, room
 from labkit.support.compiled import compiled_signatures
+from tests.tools.installed import program
+
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]  # of Chromium
 
 # The same examples in every run: a red test stays red, and no clock decides. `make quick` draws
 # a few of them. CI's nightly draws others, and more; pytest's --hypothesis-seed says which.
@@ -68,3 +71,16 @@ def killian() -> Log:
     """The built-in run; skips where rtb-data is not installed."""
     pytest.importorskip("rtbdata")
     return read_log("killian")
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """The machine's own Chromium: one for each process, which has one event loop."""
+    api = pytest.importorskip("playwright.sync_api")
+    from tests.book.widget_page import PATIENCE  # noqa: PLC0415 (imports playwright)
+
+    path = program("chromium", "chromium", "chromium-browser", "google-chrome")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=FLAGS, timeout=PATIENCE)
+        yield browser
+        browser.close()

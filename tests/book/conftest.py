@@ -14,7 +14,7 @@ import handed_out
 import pytest
 import students_edition as edition
 from anywidget import AnyWidget
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
 
 from tests.book.widget_page import PATIENCE, opened, written_page
 from tests.tools.installed import program
@@ -23,7 +23,6 @@ ROOT = Path(__file__).parents[2]
 REPOSITORY = "https://github.com/some-school/some-course"
 expect.set_options(timeout=PATIENCE)
 TWO_PAGES = "format: jb-book\nroot: widgets\nchapters:\n  - file: notebooks/09_problems\n"
-FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
@@ -71,16 +70,6 @@ def html(browser: Browser, lab: Path, tmp_path_factory: pytest.TempPathFactory) 
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return source / "_build" / "html"
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    """The machine's own Chromium."""
-    path = program("chromium", "chromium", "chromium-browser", "google-chrome")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=FLAGS, timeout=PATIENCE)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

@@ -10,10 +10,8 @@ from labkit.grading.classroom.reading import write_reading
 from labkit.grading.classroom.store import Record
 from labkit.grading.questions import read_assignment
 from tests.grading.verdicts import question, submission
-from tests.tools.installed import program
 
 HOSTILE = '=HYPERLINK("x") <script>alert(1)</script> ]]> é'
-FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
 
 
 @pytest.fixture
@@ -38,16 +36,12 @@ def written(small, tmp_path):
 
 
 @pytest.fixture
-def page(written):
+def page(written, browser):
     """The page in a browser."""
-    api = pytest.importorskip("playwright.sync_api")
-    path = program("chromium", "chromium", "chromium-browser", "google-chrome")
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
-        page = browser.new_page()
-        page.goto(written().as_uri())
-        yield page
-        browser.close()
+    page = browser.new_page()
+    page.goto(written().as_uri())
+    yield page
+    page.close()
 
 
 def test_what_a_student_wrote_is_text_and_runs_nowhere(written):
