@@ -360,12 +360,16 @@ def test_the_fit_hides_most_of_a_wrong_loop(sample):
     assert names["size"][-1] < 0.1 * np.linalg.norm(before[-3:])
 
 
-WHEELED = edits("progress=with_bar)", *(f"progress=with_bar, rng={seed})" for seed in (1, 2, 3)))
-DRAWN = edits("default_rng(0).permutation", *(f"default_rng({k}).permutation" for k in (1, 2)))
+WHEELED = edits("progress=with_bar)", *(f"progress=with_bar, rng={seed})" for seed in range(1, 6)))
 
 
-@on_other_samples(DRAWN + WHEELED)
-def test_ten_loops_close_the_map_and_fewer_than_half_of_the_single_ones_do(sample):
+@on_other_samples(WHEELED)
+def test_ten_loops_nearly_always_close_the_map_and_fewer_than_half_of_the_single_ones_do(sample):
     names = run_cells("10", sample, "graph-close")
-    assert names["typical"][10] < 5.0  # m
+    close, far_off, loops = names["close"], names["far_off"], len(names["loop_ends"])
+    drawn = [np.random.default_rng(seed).permutation(loops)[:10] for seed in range(1, 9)]
+
+    closed = [far_off(close(ten)) < 5.0 for ten in drawn]  # m
+
+    assert np.mean(closed) > 0.7
     assert np.mean(names["singles"] < 5.0) < 0.5
