@@ -20,7 +20,8 @@ what comes out      ``classroom/results.py`` and beside it;     scores, gradeboo
                     ``command.py``                              the commands
 ==================  ==========================================  ====================================
 
-``classroom/tables.py`` reads and writes CSV for the last two, and ``classroom/gradescope.py`` is
-another door to *grading*. A new layout is an entry of `handins.LAYOUTS`; a new gradebook a function
-in `classroom.gradebooks` that returns a `Gradebook`; a new question an entry of the course.
+``classroom/rounds.py`` leads a class through them, and ``classroom/gradescope.py`` one hand-in;
+``classroom/tables.py`` reads and writes CSV for the last two. A new layout is an entry of
+`handins.LAYOUTS`; a new gradebook a function in `classroom.gradebooks` that returns a `Gradebook`;
+a new question an entry of the course.
 """

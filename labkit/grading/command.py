@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 from labkit.grading.box.inside.limits import SECONDS
 from labkit.grading.box.inside.reading import is_source
 from labkit.grading.box.outside import Wall, open_wall
-from labkit.grading.box.watch import MachineError
 from labkit.grading.classroom.gradebooks import read_canvas, read_moodle
 from labkit.grading.classroom.gradescope import write_autograder
-from labkit.grading.classroom.handins import LAYOUTS, Submission, find_submissions
+from labkit.grading.classroom.handins import LAYOUTS, find_submissions
 from labkit.grading.classroom.marks import find_student, read_adjustments, read_roster
 from labkit.grading.classroom.pages import templates
 from labkit.grading.classroom.results import SHOWN, Results, some, written_files
-from labkit.grading.classroom.store import VERDICTS, Record, read_records, write_record
-from labkit.grading.grade import TakesLong, grade_one
+from labkit.grading.classroom.rounds import JOBS, Rounds
+from labkit.grading.classroom.store import VERDICTS, read_records
 from labkit.grading.questions import (
     Assignment,
     cases_beside,
@@ -31,12 +28,8 @@ from labkit.grading.questions import (
 )
 from labkit.support.arrays import check_count, check_range
 from labkit.support.errors import LabkitError
-from labkit.support.extras import need
-from labkit.support.progress import show_progress
 
-JOBS = 2 * (os.cpu_count() or 1) + 4  # boxes at a time: some start, wait or take long
-PATIENCE = 10.0  # [s] for a cluster to answer
-LAST = "it takes long, so it is graded last"
+LAST = "it takes long, or the machine was busy: it is graded last"
 PUBLIC = """\
 these hidden cases ship with labkit, so anyone can compute them. Create your own with
 `python -m labkit.course.authoring --secret FILE`, and grade with --secret FILE"""
@@ -162,16 +155,25 @@ def grade(args: argparse.Namespace) -> int:
         overwrite=args.overwrite,
         is_class=not is_source(args.submissions),
     )
-    is_single = len(submissions) == 1
-    failures, slow = _grade(args, submissions, wall, records, in_full=is_single)
-    if slow:
-        results.write(records, failures | {submission.student: LAST for submission in slow})
-        names_of_slow = some(submission.student for submission in slow)
+    rounds = Rounds(
+        out=args.out,
+        assignment=str(args.assignment),
+        wall=wall,
+        records=records,
+        jobs=args.jobs,
+        cluster=args.cluster,
+    )
+    failures, postponed = rounds.grade(submissions)
+    if postponed:
+        results.write(records, failures | {submission.student: LAST for submission in postponed})
+        names_of_postponed = some(submission.student for submission in postponed)
         _say(
-            f"{len(slow)} of {len(submissions)} go last, since they take long: {names_of_slow}. "
-            f"The results of the others are in {out} already"
+            f"{len(postponed)} of {len(submissions)} take long, or the machine was busy: "
+            f"{names_of_postponed}. They follow; the results of all others are in {out} already"
         )
-        failures |= _grade(args, slow, wall, records, in_full=True)[0]
+        failures |= rounds.grade(postponed, is_last=True)[0]
+    for student, reason in failures.items():
+        _say(f"{student} was not graded: {reason}")
     for remark in results.write(records, failures):
         _say(remark)
     students = [submission.student for submission in submissions]
@@ -209,75 +211,6 @@ def _load(args: argparse.Namespace) -> Assignment:
     if assignment.public:
         _say(PUBLIC)
     return assignment
-
-
-def _grade(
-    args: argparse.Namespace,
-    submissions: Sequence[Submission],
-    wall: Wall,
-    records: dict[str, Record],
-    *,
-    in_full: bool,
-) -> tuple[dict[str, str], list[Submission]]:
-    """Grade side by side, store each record as it comes, and say why where there is none.
-
-    Whatever goes wrong is one submission's own: it is named, and the others are graded. Returns
-    these failures, and the submissions that need more than a first share of processor time.
-    """
-    failures: dict[str, str] = {}
-    slow: list[Submission] = []
-
-    def keep(submission: Submission, future: Future[Record]) -> None:
-        error = future.exception()
-        if isinstance(error, TakesLong):
-            slow.append(submission)
-        elif error:
-            failures[submission.student] = f"{type(error).__name__}: {error}"
-            _say(f"{submission.student} was not graded: {failures[submission.student]}")
-        elif future.result() != records.get(submission.student):
-            records[submission.student] = future.result()
-            write_record(args.out, records[submission.student])
-
-    with _open_executor(args.jobs, args.cluster) as executor:
-
-        def begin(submission: Submission) -> Future[Record]:
-            record = records.get(submission.student)
-            folder = str(args.assignment)
-            return executor.submit(grade_one, submission, folder, wall, record, in_full=in_full)
-
-        graded = {begin(submission): submission for submission in submissions}
-        again = []  # each by itself, when all others are done
-        for future in show_progress(as_completed(graded), "grading", total=len(graded)):
-            if isinstance(future.exception(), MachineError):
-                again.append(graded[future])
-            else:
-                keep(graded[future], future)
-        for submission in again:
-            keep(submission, begin(submission))
-    return failures, slow
-
-
-@contextlib.contextmanager
-def _open_executor(jobs: int, cluster: str | None) -> Iterator[Executor]:
-    """Threads of this process, each with a box at work; or the workers of a Dask cluster."""
-    if cluster is None:
-        executor = ThreadPoolExecutor(jobs)
-        try:
-            yield executor
-        finally:
-            executor.shutdown(cancel_futures=True)
-        return
-    distributed = need("distributed", purpose="grading on a cluster", extra="cluster")
-    try:
-        client = distributed.Client(cluster, timeout=PATIENCE, set_as_default=False)
-        client.wait_for_workers(1, timeout=PATIENCE)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise LabkitError(
-            f"no Dask worker answers at {cluster!r} ({error}); start `dask scheduler`, and "
-            f"`dask worker {cluster}`"
-        ) from None
-    with client:
-        yield client.get_executor(pure=False)
 
 
 def _say(message: str) -> None:

@@ -16,10 +16,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from labkit.grading.box.inside.limits import MAX_NOTES
-from labkit.grading.box.inside.reading import Program, replace_surrogates
-from labkit.grading.box.outside import Wall, open_wall
-from labkit.grading.classroom.handins import Submission, read_files
-from labkit.grading.classroom.store import Record, fingerprint
+from labkit.grading.box.inside.reading import Program
+from labkit.grading.box.outside import Wall
 from labkit.grading.judge.compare import assess
 from labkit.grading.judge.verdict import (
     QuestionVerdict,
@@ -27,10 +25,8 @@ from labkit.grading.judge.verdict import (
     SubmissionVerdict,
     clean_text,
 )
-from labkit.grading.questions import Assignment, Case, Question, read_assignment
+from labkit.grading.questions import Assignment, Case, Question
 from labkit.grading.sitting import Sitting
-
-NO_FILES = "nothing was handed in but an empty folder, or one of hidden files"
 
 
 class TakesLong(Exception):
@@ -181,39 +177,3 @@ def _ask_with_lent(
             if verdicts[-1].passed:
                 return verdicts[-1]
     return max(verdicts, key=lambda verdict: verdict.score)
-
-
-def grade_one(
-    submission: Submission,
-    folder: str,
-    wall: Wall,
-    record: Record | None = None,
-    *,
-    in_full: bool = True,
-) -> Record:
-    """Read a submission, and grade it by the assignment in a folder.
-
-    A `record` of it that still holds is kept. Raises `TakesLong` as `grade_submission` does.
-    """
-    wall = wall if wall.mode else open_wall(wall.hidden, wall.seconds)  # each machine its own
-    assignment = read_assignment(folder)
-    files, unread = read_files(submission.files)
-    if not submission.files:
-        unread = (NO_FILES,)
-    current = fingerprint(files, assignment, wall)
-    late = submission.late
-    if late is None:  # nobody says: what was said before holds
-        late = record.late if record else 0.0
-    if record and record.fingerprint == current:
-        return replace(record, late=late)
-    verdict, program = grade_submission(
-        files, wall, assignment, submission.student, in_full=in_full
-    )
-    verdict = replace(verdict, submission=submission.name, unread=unread + verdict.unread)
-    return Record(
-        verdict=verdict,
-        fingerprint=current,
-        code=replace_surrogates("\n\n".join(program.scripts.values())),
-        written=replace_surrogates(program.written),
-        late=late,
-    )

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from labkit.grading.command import JOBS
+from labkit.grading.classroom.rounds import JOBS
 from tests.grading.failing import ASSIGNMENT, NAMES, WAYS, failing, parameters
 from tests.grading.notebooks import RIGHT, answered
 

@@ -9,6 +9,7 @@ from labkit.grading import sitting
 from labkit.grading.box.inside.reading import read_program
 from labkit.grading.box.outside import Wall
 from labkit.grading.box.watch import BoxError
+from labkit.grading.classroom import rounds
 from tests.grading.failing import ASSIGNMENT, NAMES
 from tests.grading.liar import Liar
 from tests.grading.notebooks import cell, notebook
@@ -93,12 +94,12 @@ def test_who_takes_long_is_graded_when_all_others_have_their_results(grade, tmp_
     (tmp_path / "class/hangs.py").write_text(source, encoding="utf-8")
     found_before = {}
 
-    def note(submission, *arguments, in_full, real=grading.grade_one):
+    def note(submission, *arguments, in_full, real=rounds.make_record):
         if in_full:
             found_before[submission.student] = scores()
         return real(submission, *arguments, in_full=in_full)
 
-    monkeypatch.setattr("labkit.grading.command.grade_one", note)
+    monkeypatch.setattr("labkit.grading.classroom.rounds.make_record", note)
 
     assert grade("class") == 0
 

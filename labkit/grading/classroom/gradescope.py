@@ -21,7 +21,7 @@ from packaging.requirements import Requirement
 
 from labkit.grading.box.outside import open_wall
 from labkit.grading.classroom.handins import one_submission
-from labkit.grading.grade import grade_one
+from labkit.grading.classroom.rounds import make_record
 from labkit.grading.judge.verdict import SubmissionVerdict
 from labkit.grading.questions import read_assignment
 from labkit.support.files import atomic_write
@@ -39,7 +39,7 @@ def grade_for_gradescope(root: Path) -> None:
     assignment = root / "source/assignment"
     read_assignment(assignment)  # or say what is missing, before a wall is tried
     wall = open_wall((assignment / "hidden", root / "submission"))
-    verdict = grade_one(submission, str(assignment), wall).verdict
+    verdict = make_record(submission, str(assignment), wall).verdict
     with atomic_write(root / "results" / "results.json") as file:
         json.dump(results_of(verdict), file, indent=1)
 

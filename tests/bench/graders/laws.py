@@ -20,7 +20,7 @@ from pathlib import Path
 from run import grade, write_class
 
 from labkit.grading.box.outside import open_wall
-from labkit.grading.command import JOBS
+from labkit.grading.classroom.rounds import JOBS
 from labkit.grading.grade import grade_submission
 from tests.grading.failing import ASSIGNMENT, NAMES, WAYS, failing
 from tests.grading.notebooks import answered

@@ -90,7 +90,7 @@ def test_one_submission_that_cannot_be_read_costs_nobody_else(grade, tmp_path, m
         tries.append(files)
         raise OverflowError("beyond all")
 
-    monkeypatch.setattr("labkit.grading.grade.read_files", broken)
+    monkeypatch.setattr("labkit.grading.classroom.rounds.read_files", broken)
     assert grade("class") == 1
     err = capsys.readouterr().err
     assert "zoe was not graded: OverflowError: beyond all" in err
@@ -334,7 +334,7 @@ def test_a_cluster_gives_the_same_marks(grade, tmp_path):
 
 def test_a_cluster_that_is_not_there_is_named(grade, tmp_path, monkeypatch, capsys):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("labkit.grading.command.PATIENCE", 0.2)
+    monkeypatch.setattr("labkit.grading.classroom.rounds.PATIENCE", 0.2)
     hand_in(tmp_path / "class", 1)
     assert grade("class", "--cluster", "tcp://127.0.0.1:9") == 1
     assert "no Dask worker answers at 'tcp://127.0.0.1:9'" in capsys.readouterr().err
