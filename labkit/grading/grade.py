@@ -168,11 +168,12 @@ def _ask_with_lent(
     They answer in the form that the question asks for, and then in that of the student's own
     answers: a caller may be written for either.
     """
-    samples = {name: sitting.samples[name] for name in lent if name in sitting.samples}
+    readable = sitting.readable & lent.keys()
+    forms: list[Collection[str]] = [(), readable] if readable else [()]
     verdicts = list[QuestionVerdict]()
-    for forms in [{}, samples] if samples else [{}]:
+    for in_form in forms:
         for state in range(sitting.states.get(question.function, 1)):
-            answers = sitting.ask(question, hidden, state, lent=lent, samples=forms)
+            answers = sitting.ask(question, hidden, state, lent=lent, in_form=in_form)
             verdicts.append(assess(question, hidden, answers))
             if verdicts[-1].passed:
                 return verdicts[-1]

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from labkit.grading.box.inside import data
-from labkit.grading.box.inside.data import Value
 from labkit.grading.box.inside.limits import MAX_PROGRAM, READING, Time, waiting_time
 from labkit.grading.box.inside.reading import Program
 from labkit.grading.box.outside import PACKAGE, Box, Wall
@@ -39,8 +38,7 @@ class Sitting:
         self.states: dict[str, int] = {}
         self.calls: dict[str, set[str]] = {}  # functions that an answer uses
         self.faults: dict[str, str] = {}  # why functions could not be parsed
-        # Of each function: the arguments of a visible case in which its answer could be read.
-        self.samples: dict[str, tuple[Value, ...]] = {}
+        self.readable = set[str]()  # functions whose answer to a visible case could be read
         # Calls that ended a box or took too long: a function, its state, what was lent to it.
         self.hung: set[tuple[str, int, frozenset[str]]] = set()
 
@@ -94,21 +92,20 @@ class Sitting:
         state: int,
         *,
         lent: Mapping[str, str] = {},
-        samples: Mapping[str, tuple[Value, ...]] = {},
+        in_form: Collection[str] = (),
         trusted: bool = False,
     ) -> list[Outcome]:
         """The outcomes of some cases of one question, all visible or all hidden.
 
-        Right functions in `lent` stand in for the student's, and answer in the form of
-        those of which `samples` hold arguments.
+        Right functions in `lent` stand in for the student's; those `in_form` answer as they do.
         A call that takes too long ends them. It is asked again, alone and with more time, where
         the function is `trusted` or was right in all cases before it.
         """
-        outcomes = self._call(question, cases, state, lent=lent, samples=samples)
+        outcomes = self._call(question, cases, state, lent=lent, in_form=in_form)
         for case, outcome in zip(cases, outcomes, strict=True):
             is_returned = outcome.status is Status.RETURNED
             if not case.hidden and is_returned and is_readable(question, outcome.value):
-                self.samples.setdefault(question.function, case.arguments)
+                self.readable.add(question.function)
         place = next(
             (k for k, outcome in enumerate(outcomes) if outcome.status is Status.TOO_LONG), None
         )
@@ -124,7 +121,7 @@ class Sitting:
                     cases[k : k + 1],
                     state,
                     lent=lent,
-                    samples=samples,
+                    in_form=in_form,
                     seconds=self.time.patient_call,
                 )
                 if outcomes[k].status is Status.TOO_LONG:
@@ -138,7 +135,7 @@ class Sitting:
         state: int,
         *,
         lent: Mapping[str, str],
-        samples: Mapping[str, tuple[Value, ...]],
+        in_form: Collection[str],
         seconds: float = 0.0,
     ) -> list[Outcome]:
         """Send cases to the box; what hung before, by itself or in what it calls, is not called."""
@@ -156,19 +153,14 @@ class Sitting:
         outcomes = list[Outcome]()
         try:
             calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
-            forms = {
-                callee: [data.to_json(argument) for argument in arguments]
-                for callee, arguments in samples.items()
-            }
-            order = {"function": name, "state": state, "lent": lent}
-            order |= {"samples": forms, "calls": calls}
-            self.box.send(waiting_time(seconds, len(samples)), seconds=seconds, **order)
+            order = {"function": name, "state": state, "lent": lent, "in_form": [*in_form]}
+            self.box.send(waiting_time(seconds), seconds=seconds, calls=calls, **order)
             while len(outcomes) < len(cases):
-                outcomes.append(self._read_outcome())
+                outcomes.append(read_outcome(self.box.receive()))
                 if outcomes[-1].status is Status.TOO_LONG:
                     break
                 self.box.allow(waiting_time(seconds))
-        except BoxError as error:
+        except (BoxError, ValueError) as error:  # or it said something else
             self.close()
             is_timeout = isinstance(error, BoxTimeout)
             outcomes.append(Outcome(status=Status.TOO_LONG if is_timeout else Status.KILLED))
@@ -178,14 +170,6 @@ class Sitting:
         if last.status in (Status.TOO_LONG, Status.KILLED):
             self.hung.add((name, state, frozenset(lent)))
         return outcomes
-
-    def _read_outcome(self) -> Outcome:
-        """The outcome of the next call; `BoxError` where the box says something else."""
-        assert self.box
-        try:
-            return read_outcome(self.box.receive())
-        except ValueError:
-            raise BoxError("the program sent an invalid answer") from None
 
     def _hangs(self, name: str, state: int, lent: Mapping[str, str]) -> bool:
         """True if such a call hung, or would call a function that hung and is not lent to it.

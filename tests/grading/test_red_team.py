@@ -198,7 +198,7 @@ def test_each_wall_holds_what_is_said_of_it(safe_wall, small, tmp_path):
                 function="holes",
                 state=0,
                 lent={},
-                samples={},
+                in_form=[],
                 calls=calls,
             )
             assert data.from_json(box.receive()["value"]) == ()

@@ -117,7 +117,7 @@ def why_not(wall: Wall) -> str:
             box.send(START, cells=[(PROBE, "probe")], scripts={}, functions=["holes"])
             while "answers" not in box.receive():
                 pass
-            box.send(START, function="holes", state=0, lent={}, samples={}, calls=calls)
+            box.send(START, function="holes", state=0, lent={}, in_form=[], calls=calls)
             holes = [hole for _ in calls for hole in data.from_json(box.receive()["value"])]
             return " and ".join(dict.fromkeys(holes))
     except (BoxError, LabkitError, OSError, KeyError) as error:

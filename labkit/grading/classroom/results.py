@@ -20,8 +20,7 @@ from labkit.grading.classroom.marks import (
     make_group_marks,
     make_marks,
 )
-from labkit.grading.classroom.pages import student_page, write_pages
-from labkit.grading.classroom.reading import write_reading
+from labkit.grading.classroom.pages import student_page, write_pages, write_reading
 from labkit.grading.classroom.store import VERDICTS, Record, file_name
 from labkit.grading.judge.verdict import SubmissionVerdict
 from labkit.grading.questions import Assignment

@@ -56,7 +56,7 @@ def told(box, cells, *functions):
     while "answers" not in box.receive():
         pass
     for name in functions:
-        box.send(60.0, function=name, state=0, lent={}, samples={}, calls=[[]])
+        box.send(60.0, function=name, state=0, lent={}, in_form=[], calls=[[]])
         yield data.from_json(box.receive()["value"])
 
 

@@ -6,7 +6,7 @@ import os
 import pytest
 
 from labkit.grading.classroom.marks import Decision, Roster
-from labkit.grading.classroom.reading import write_reading
+from labkit.grading.classroom.pages import write_reading
 from labkit.grading.classroom.store import Record
 from labkit.grading.questions import read_assignment
 from tests.grading.verdicts import question, submission

@@ -73,6 +73,6 @@ class Time:
         return max(min(self.call / 2.0, self.experiments), self.call / 10.0)
 
 
-def waiting_time(call: float, count: int = 0) -> float:
-    """The time that the grader waits for an answer, and for `count` calls before it [s]."""
-    return (1.5 + count) * call + MORE
+def waiting_time(call: float) -> float:
+    """The time that the grader waits for the answer of a call [s]."""
+    return 1.5 * call + MORE

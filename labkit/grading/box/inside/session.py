@@ -213,23 +213,21 @@ class Session:
         state: int,
         *,
         lent: dict[str, str],
-        samples: dict[str, list[Any]],
+        in_form: list[str],
         calls: list[Any],
         seconds: float,
     ) -> None:
         """Call a function in one of its states, with right functions in place of some others.
 
-        A right function answers in the form of the student's, which the student's own shows with
-        the arguments in `samples`.
+        Those `in_form` answer in the form in which the student's own does.
         """
         self.space.clear()
         self.space.update(self.states.get((function, state), {}))
         self.lent.clear()
-        forms = {name: self.form_of(name, sample, seconds) for name, sample in samples.items()}
         for name, source in lent.items():
             namespace: dict[str, Any] = {}
             exec(source, namespace)
-            self.lent[name] = RightFunction(namespace[name], forms.get(name))
+            self.lent[name] = RightFunction(namespace[name], asks_form=name in in_form)
         random.seed(0)
         np.random.seed(0)  # noqa: NPY002
         for arguments in calls:
@@ -237,12 +235,6 @@ class Session:
             self.tell(**answer)
             if answer.get("status") == "too long":  # the others would take as long
                 break
-
-    def form_of(self, function: str, arguments: list[Any], seconds: float) -> Any:
-        """An answer of the student's own function, for its form; None where it has none."""
-        with contextlib.suppress(BaseException), self.within(seconds):
-            return self.space[function](*map(data.from_json, arguments))
-        return None
 
     def call(self, function: str, arguments: list[Any], seconds: float) -> dict[str, Any]:
         """Call it once within the time for a call; its value, or how it ended."""

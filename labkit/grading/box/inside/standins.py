@@ -16,7 +16,21 @@ from typing import Any
 STANDING_IN = {"google", "jupyterquiz", "labkit", "nbgrader", "otter"}
 
 
-class StandIn(types.ModuleType):
+class NoNumber:
+    """What no calculation takes: each way to calculate with it raises its error."""
+
+    _error: BaseException
+
+    def _fail(self, *_: Any, **__: Any) -> Any:
+        raise self._error
+
+    __array__ = __float__ = __iter__ = __len__ = __neg__ = _fail
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _fail
+    __matmul__ = __rmatmul__ = __truediv__ = __rtruediv__ = _fail
+    __lt__ = __le__ = __gt__ = __ge__ = _fail
+
+
+class StandIn(NoNumber, types.ModuleType):
     """A package, or a thing in it: takes every call, attribute and index, and does nothing."""
 
     is_stand_in = True
@@ -44,34 +58,26 @@ class StandIn(types.ModuleType):
 
     def __exit__(self, *_: Any) -> None: ...
 
-    def __array__(self, *_: Any, **__: Any) -> Any:
+    @property
+    def _error(self) -> BaseException:  # type: ignore[override]
+        """The reason why it gives no numbers."""
         package = self.__name__.partition(".")[0]
-        raise TypeError(f"{package} is not available while grading: it gives no numbers")
+        return TypeError(f"{package} is not available while grading: it gives no numbers")
 
     __enter__ = __getitem__ = __call__
     __setitem__ = __exit__
-    __float__ = __iter__ = __len__ = __array__
-    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __array__
-    __matmul__ = __rmatmul__ = __truediv__ = __rtruediv__ = __array__
-    __lt__ = __le__ = __gt__ = __ge__ = __array__
 
 
-class Absent:
+class Absent(NoNumber):
     """A name that a failed statement would have bound: its use raises what the statement raised."""
 
     def __init__(self, error: BaseException) -> None:
-        self.error = error
+        self._error = error
 
     def __getattr__(self, name: str) -> Any:
-        raise self.error
+        raise self._error
 
-    def _fail(self, *_: Any, **__: Any) -> Any:
-        raise self.error
-
-    __call__ = __getitem__ = __iter__ = __len__ = __array__ = __mro_entries__ = _fail
-    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __neg__ = _fail
-    __matmul__ = __rmatmul__ = __truediv__ = __rtruediv__ = __bool__ = _fail
-    __lt__ = __le__ = __gt__ = __ge__ = _fail
+    __call__ = __getitem__ = __bool__ = __mro_entries__ = NoNumber._fail
 
 
 def absent(names: Iterable[str], error: BaseException) -> dict[str, Absent]:
