@@ -74,6 +74,35 @@ def test_a_wrong_one_is_told_its_mistake():
     ]
 
 
+RIVALS = {  # wrong functions, and the words of a known mistake that they are not
+    "wrap": ("np.pi - (np.pi - angle) % np.pi", "lost its sign"),
+    "distance_gate": ("distances <= max_distance * np.median(distances)", "squared gate"),
+    "huber_weights": ("np.clip(2.0 - residuals / delta, 0.0, 1.0)", "that is a gate"),
+    "has_converged": (
+        "(np.hypot(*dT[:2, 2]) < eps_t and dT[1, 0] < eps_psi) or abs(cost_change) < eps_cost "
+        "or iteration >= k_max",
+        "rotation is not looked at",
+    ),
+    "is_plausible": (
+        "bool(increment[0]**2 + increment[1]**2 <= max_shift and abs(increment[2]) <= max_turn "
+        "and inlier_ratio >= min_ratio and rmse <= max_rmse)",
+        "not looked at",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", RIVALS)
+def test_no_mistake_is_named_that_a_visible_case_can_tell_apart(name):
+    """A wrong name is worse than none."""
+    expression, words = RIVALS[name]
+    signature = load_assignment().question(name).signature.strip("()")
+
+    feedback = check(named(name, eval(f"lambda {signature}: {expression}", {"np": np})))
+
+    assert not feedback.passed
+    assert words not in repr(feedback)
+
+
 def test_html_says_the_same_and_escapes_what_a_student_writes():
     def shouting(theta):
         raise ValueError("<script>alert(1)</script>")

@@ -107,7 +107,7 @@ Reject the pairs that are farther apart than the gate $d_{\max}$. A pair right o
     "five pairs, one of them on the gate": Exact(
         (np.array([0.125, 0.75, 0.5, 0.625, 0.25]), 0.5)),
     "a wide gate": (np.array([3.5, 1.7, 0.4, 2.2]), 2.0),
-    "distances given as whole numbers": Exact((np.array([4, 1, 2, 3, 0]), 2)),
+    "distances given as whole numbers": Exact((np.array([9, 1, 2, 5, 4, 3, 0]), 2)),
     "a pair a little beyond the gate": Exact((np.array([0.5005, 0.25, 0.5]), 0.5)),
 }, hidden={
     "a wide gate": {
@@ -221,7 +221,7 @@ def overlap(distances, overlap_ratio):
 A pair with a residual up to $\delta$ counts fully, one beyond it less and less:
 $w_i = 1$ for $r_i \le \delta$, and $w_i = \delta / r_i$ for $r_i > \delta$.
 """, oracle=correspondences.huber_weights, visible={
-    "five residuals, one of them zero": Exact((np.array([0.0, 0.125, 0.25, 0.5, 1.0]), 0.25)),
+    "five residuals, one of them zero": Exact((np.array([0.0, 0.125, 0.25, 0.375, 1.0]), 0.25)),
     "whole numbers": (np.array([1, 2, 4]), 2.0),
 }, hidden={
     "a narrow δ": {

@@ -129,11 +129,13 @@ Stop when any one of three things holds: the step is small in *both* translation
 ($\lVert\Delta\mathbf{t}\rVert < \varepsilon_t$) and rotation ($|\Delta\psi| < \varepsilon_\psi$);
 the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \ge k_{\max}$).
 """, oracle=_has_converged, visible={
-    "a tiny step": _ending(0.3, 0.3, iteration=1),
+    "a small step": _ending(0.3, 0.3, iteration=1),
+    "a tiny step": _ending(0.04, 0.04, iteration=2),
     "a long step": _ending(90.0, 90.0, cost=0.01),
     "a cost that stands still": _ending(90.0, 90.0, cost=1e-7),
     "a shift, but no turn": _ending(60.0, 0.1, cost=5e-4),
     "no shift, but a turn to the right": _ending(0.1, -1.6),
+    "no shift, but a turn to the left": _ending(0.1, 1.7),
     "the last iteration of the budget": _ending(90.0, 90.0, iteration=50),
     "the last but one iteration": _ending(90.0, 90.0, iteration=49),
     "a cost that fell by next to nothing": _ending(60.0, 60.0, cost=-1e-7),

@@ -160,7 +160,7 @@ def invert(T_a_b):
     task=r"""
 An angle is known only up to full turns. Return the one in $(-\pi, \pi]$ that means the same turn.
 """, oracle=labkit.wrap, visible={
-    "three quarters of a turn": (1.5 * math.pi,),
+    "five eighths of a turn": (1.25 * math.pi,),
     "a small angle": (0.25,),
     "an obtuse angle": (2.5,),
     "more than half a turn to the right": (-4.0,),
