@@ -29,10 +29,11 @@ topic here, what it is tried on, and the mistakes that it knows (a new module is
 Each mistake is a wrong function, or the right one with some of its text replaced, by the sentence
 that is said of it. A name is said only where its function gives all of the answers that came, the
 right ones among them; so a mistake may be right in some cases, and no two may agree in all.
-Relations to the right answer (the inverse, the sign, the square, degrees, the order of two results)
-are known everywhere, and need no entry. Where a function fails, `check` calls it by stages as well:
-with one round, no gate, no guess (`stages` has the plain form of an argument by its name, so name
-arguments as the lab does). List the mistakes whose sentence says more than that, an idea.
+Three things are known everywhere, and need no entry: relations to the right answer (the inverse,
+the sign, degrees, the order of two results), arguments that are misread (squared, in degrees, one
+round too few, exchanged: `misreadings`), and what a call with plain arguments shows: one round, no
+gate, no guess (`stages` has the plain form of an argument by its name, so name them as the lab does).
+List the mistakes whose sentence says more than that, an idea.
 """
 
 from labkit.course.exercises.checking import check, exercises, score

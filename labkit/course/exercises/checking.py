@@ -42,6 +42,8 @@ HINTS = {  # what a message of numpy means here
     "returns the indices first",
     r"boolean index did not match": "a mask has one entry for each source point: it selects pairs, "
     "so it goes with the moved points and with their partners, `target[index]`",
+    r"got nan at index": "a normal is nan where a target point has too few neighbours: leave these "
+    "pairs out",
 }
 
 
@@ -209,28 +211,27 @@ def _ask_by_stages(
     verdict: QuestionVerdict,
 ) -> QuestionVerdict:
     """The verdict, with what plainer calls show; with a mistake's name only where it fits them."""
-    is_failed = [not case_verdict.passed for case_verdict in verdict.cases]
-    failed = [(c, o) for c, o, wrong in zip(cases, outcomes, is_failed, strict=True) if wrong]
     if not verdict.is_written or any(o.status is Status.TOO_LONG for o in outcomes):
         return verdict
     try:
         with limit_time(SECONDS, again=AGAIN, is_patient=_is_patient):
             stages = Stages(
                 question,
-                [case for case, _ in failed],
-                [outcome for _, outcome in failed],
+                cases,
+                outcomes,
                 lambda case: _outcome(case, function, None, True),
                 plainer,
             )
+            sentences = list(stages.sentences())
     except OutOfTime:
         return verdict
     if verdict.misconception is not None:
-        if stages.fits(verdict.misconception, cases, outcomes):
+        if stages.fits(verdict.misconception):
             return verdict
         verdict = assess(replace(question, misconceptions=()), cases, outcomes)
         if verdict.misconception is not None:
             return verdict
-    message = " ".join([verdict.message, *stages.sentences()])
+    message = " ".join([verdict.message, *sentences])
     return replace(verdict, message=message)
 
 

@@ -37,8 +37,6 @@ def _sharing():
 
 
 @exercise("Mutual pairs", _sharing, {
-    "This asks whether a *target* point's partner leads back to it; begin with the source point.":
-        lambda p, q: mutual_pairs(q, p),
     "This asks whether a partner is nobody else's. A far point can have one, too; search back.":
         {"rows == back[there]": "(there[:, None] == there).sum(1) == 1"},
     "`back[there]` is a source point: compare it with the one that it began with, not its partner.":

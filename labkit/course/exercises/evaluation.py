@@ -17,8 +17,6 @@ from labkit.course.exercises import exercise
     "A tie counts as a half: a figure that never changes would get 0, a coin 0.5.": {"0.5": "0.0"},
     "This compares pairwise; each bad meets each good one.": lambda b, g: np.mean(b > g[: len(b)]),
     "The means are compared; compare each with each.": lambda b, g: float(b.mean() > g.mean()),
-    "Good and bad are exchanged: asked for is how often the bad one is larger.":
-        {"(bad[:, None] > good)": "(bad[:, None] < good)"},
     "A tie counts fully; it is a half, or a figure that never changes would get 1.":
         {"0.5": "1.0"},
 })

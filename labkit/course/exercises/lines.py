@@ -67,6 +67,7 @@ def _corridor_and_room():
     turned, _ = np.linalg.qr(np.array([[1.0, 2.0, 0.5], [-1.0, 1.0, 1.0], [0.3, -0.7, 1.0]]))
     g = np.array([0.03, -0.02, 0.05])
     values = {"a corridor": (0.001, 0.4, 0.6), "a room": (0.2, 0.3, 0.5)}
+    values["a corridor without any doors"] = (0.0001, 0.4, 0.6)
     values["a room that is seen well, but for one direction"] = (0.03, 0.1, 3.0)
     cases = {about: (turned @ np.diag(v) @ turned.T, g, 0.02) for about, v in values.items()}
     return cases | {"a direction exactly at the limit": (np.diag([0.4, 0.05, 0.6]), g, 0.05)}

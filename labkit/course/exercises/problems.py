@@ -157,7 +157,6 @@ def expected_rmse(N, sigma):
 }, {
     "This is the alignment of p onto q; asked for is that of q onto p.":
         lambda a, b, p, q: transform(*(q - rotation(math.atan2(b, a)) @ p), math.atan2(b, a)),
-    "b keeps its sign here; exchanging the points changes it.": {"-b, a": "b, a"},
     "The target's centroid is not turned: t = p̄ − R q̄.": {"R @ q_mean": "q_mean"},
 })
 def backward_alignment(a, b, p_mean, q_mean):

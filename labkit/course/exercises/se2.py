@@ -36,10 +36,6 @@ def motion_between(T_w_k, T_w_k1):
     "The plane is turned about the origin, then moved by `c`.": lambda c, a: transform(*c, a),
     "`c` is brought to the origin and the plane turned, but `c` is not brought back.":
         lambda c, a: transform(0, 0, a) @ transform(*-c, 0),
-    "θ is taken for degrees; it is in radians, as `np.cos` takes it.":
-        lambda c, a: turn_about(c, np.radians(a)),
-    "The plane turns the other way: the minus belongs to the sine above the diagonal.":
-        lambda c, a: turn_about(c, -a),
     "Both sines have the same sign; above the diagonal of R it is −sin θ.":
         lambda c, a: _about(c, np.cos(a), np.sin(a), np.sin(a)),
     "Sine and cosine are swapped: at angle 0, R is the identity.":
@@ -75,8 +71,6 @@ def _two_looks():
         {"run.inlier_count": "run.fitness"},
     "The first number counts all points; asked for are those that were kept.":
         {"run.inlier_count": "len(source)"},
-    "Source and target are exchanged: `icp` takes the newer scan first.":
-        {"icp(source, target,": "icp(target, source,"},
 })
 def match_and_count(source, target, gate):
     """Both numbers stand in the result."""

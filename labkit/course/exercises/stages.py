@@ -2,7 +2,8 @@
 
 A stage is one more call of a function that has failed, with an argument in its plainest form: one
 round, no gate, no guess. What the answers show is said as they show it: which argument cures the
-answer, which one changes nothing, which part is right. Nothing here knows a mistake.
+answer, how one is misread, which one changes nothing, which part is right. Nothing here knows a
+mistake.
 """
 
 from __future__ import annotations
@@ -16,16 +17,19 @@ from typing import Any
 
 import numpy as np
 
+from labkit.course.exercises.misreadings import is_transform, misreadings_of
+from labkit.course.exercises.parts import join_words, names_of, right_part
 from labkit.grading.judge.compare import find_fault, is_answer_of, is_right, recognise
-from labkit.grading.judge.kinds import Unreadable, numbers, read
+from labkit.grading.judge.kinds import numbers, read
 from labkit.grading.judge.verdict import Outcome, Status
-from labkit.grading.questions import Answer, Case, Question
+from labkit.grading.questions import Case, Question
 
 Value = Any
 Run = Callable[[Case], Outcome]
 ASKED_CASES = 4  # of those that failed, at most: a stage has to cure all of them
 FACTORS = {"more": 1.25, "less": 0.5}  # for another value of an argument: does it count?
-LONG = 5  # entries of a vector from which on a range of them says something
+MOST_MISREADINGS = 2  # more of them are chance, as in answers of few numbers
+FEW = 3  # rows, of which none can be missed
 CHANGED = 100.0  # tolerances by which the right answer moves before it has to be noticed
 GIVEN = "given"  # the mistake that stands for the answer to the call as it was
 
@@ -56,6 +60,7 @@ class Plain(Enum):
     ALL = "all"
     ALL_BUT_ONE = "all but one"
     NONE = "none"  # one is another, to see whether it counts
+    ROW = "row"  # a row is another, to see whether it counts
 
 
 @dataclass(frozen=True)
@@ -84,7 +89,7 @@ def stages_of(question: Question, arguments: Sequence[Value]) -> list[Stage]:
 
     stages = [call(Plain.ONE, names[k], words[k], {k: plain_values[k]}) for k in words]
     if len(words) > 1:
-        stages.append(call(Plain.ALL, "", _join(list(words.values())), plain_values))
+        stages.append(call(Plain.ALL, "", join_words(list(words.values())), plain_values))
     if len(words) > 2:
         for place in words:
             about = f"all plain but `{names[place]}`"
@@ -97,13 +102,28 @@ def stages_of(question: Question, arguments: Sequence[Value]) -> list[Stage]:
             for word, factor in FACTORS.items():
                 about = f"{word} `{name}`"
                 stages.append(call(Plain.NONE, name, about, {place: factor * value}))
+    for length, places in places_by_length(arguments).items():
+        subject = join_words([f"`{names[place]}`" for place in places])
+        for word, row in {"first": 0, "last": length - 1}.items():
+            changes = {place: replace_row(arguments[place], row) for place in places}
+            stages.append(call(Plain.ROW, "", f"another {word} row of {subject}", changes))
     return stages
 
 
-def is_transform(value: Value) -> bool:
-    """True for a (3, 3) transform of the plane."""
-    is_matrix = isinstance(value, np.ndarray) and value.shape == (3, 3)
-    return is_matrix and np.array_equal(value[2], (0.0, 0.0, 1.0))
+def places_by_length(arguments: Sequence[Value]) -> dict[int, list[int]]:
+    """The places of the arrays that have more than a few rows, by how many they have."""
+    places: dict[int, list[int]] = {}
+    for place, value in enumerate(arguments):
+        if isinstance(value, np.ndarray) and len(value) > FEW:
+            places.setdefault(len(value), []).append(place)
+    return places
+
+
+def replace_row(rows: np.ndarray, row: int) -> np.ndarray:
+    """Copy of an array whose given row repeats the middle one."""
+    copy = rows.copy()
+    copy[row] = rows[len(rows) // 2]
+    return copy
 
 
 def is_identity(matrix: Value) -> bool:
@@ -115,11 +135,6 @@ def is_float(value: Value) -> bool:
     """True for a number, or an array of numbers, that may take any value."""
     is_array = isinstance(value, np.ndarray) and value.dtype.kind == "f"
     return isinstance(value, float) or (is_array and value.shape != (3, 3))
-
-
-def names_of(question: Question) -> list[str]:
-    """The names of a question's arguments."""
-    return [name.strip() for name in question.signature.strip("()").split(",")]
 
 
 def plain_form(name: str, value: Value) -> tuple[str, Value]:
@@ -143,8 +158,8 @@ class Stages:
 
     Parameters
     ----------
-    question, failed
-        The question, and the cases that the function fails.
+    question, cases
+        The question, and its cases, some of which the function fails.
     outcomes
         What came out of these cases.
     run
@@ -156,26 +171,36 @@ class Stages:
     def __init__(
         self,
         question: Question,
-        failed: Sequence[Case],
+        cases: Sequence[Case],
         outcomes: Sequence[Outcome],
         run: Run,
         plainer: Callable[[Case], dict[str, Case]],
     ) -> None:
         self.question = question
-        self.failed = list(failed)[:ASKED_CASES]
-        self.given = list(outcomes)[:ASKED_CASES]
-        self.stages = stages_of(question, self.failed[0].arguments)
+        self.run = run
+        self.asked = list(zip(cases, outcomes, strict=True))
+        failed = [pair for pair in self.asked if not self._passes(*pair)]
+        stages = [stages_of(question, case.arguments) for case, _ in failed]
+        words = [{s.words for s in of_case if s.plain is Plain.ONE} for of_case in stages]
+        alike = [pair for pair, own in zip(failed, words, strict=True) if own == words[0]]
+        self.failed = [case for case, _ in alike[:ASKED_CASES]]
+        self.given = [outcome for _, outcome in alike[:ASKED_CASES]]
         answered = [plainer(case) for case in self.failed]
         self.cases = {
             stage.words: [cases[stage.words] for cases in answered]
-            for stage in self.stages
+            for stage in stages[0]
             if all(stage.words in cases for cases in answered)
         }
         self.outcomes = {words: list(map(run, cases)) for words, cases in self.cases.items()}
-        self.stages = [stage for stage in self.stages if stage.words in self.cases]
+        self.stages = [stage for stage in stages[0] if stage.words in self.cases]
+        self.no_cures = words[0].difference(set.intersection(*words))  # plain, and wrong
 
     def sentences(self) -> Iterator[str]:
         """What the stages show, the most telling first."""
+        misreading = self._find_misreading()
+        if misreading:
+            yield f"It is right if it gets {misreading}: so look at where it uses this."
+            return
         idle = [stage for stage in self._of(Plain.ONE) if self._changes_nothing(stage)]
         unused = [f"`{stage.name}`" for stage in idle]
         for more, less in itertools.pairwise(self._of(Plain.NONE)):
@@ -186,32 +211,56 @@ class Stages:
         if unused:
             is_one = len(unused) == 1
             place = "Is {} used where it has to act?" if is_one else "Are {} used where they act?"
-            yield place.format(_join(unused))
+            yield place.format(join_words(unused))
+        if all(outcome.status is Status.RAISED for outcome in self.given):
+            return  # the error's own message says more
         cures = [s for s in self._of(Plain.ONE) if self._is_right(s) and not self._is_trivial(s)]
         if cures:
-            words = _join([stage.words for stage in cures], "or with")
-            names = _join(list(dict.fromkeys(f"`{stage.name}`" for stage in cures)))
+            words = join_words([stage.words for stage in cures], "or with")
+            names = join_words(list(dict.fromkeys(f"`{stage.name}`" for stage in cures)))
             yield f"With {words} it is right: so look at the use of {names}."
         elif not unused:
+            for stage in filter(self._changes_nothing, self._of(Plain.ROW)):
+                yield f"Your answer stays the same with {stage.words}, the right one does not."
             yield from self._plainest()
         yield from right_part(self.question, self.failed[0], self.given[0])
 
-    def fits(self, mistake: str, cases: Sequence[Case], outcomes: Sequence[Outcome]) -> bool:
+    def fits(self, mistake: str) -> bool:
         """True if the mistake that explains all answers explains those of the stages, too.
 
         A stage at which the mistake has no answer, or one of nan, says nothing of it.
         """
-        more_cases, more_outcomes = list(cases), list(outcomes)
+        pairs = list(self.asked)
         for words, plainer in self.cases.items():
             for case, outcome in zip(plainer, self.outcomes[words], strict=True):
                 answers = [
                     numbers(self.question.answer, value) for value in case.mistaken.get(mistake, ())
                 ]
                 if answers and all(np.isfinite(a).all() for a in answers if not isinstance(a, str)):
-                    more_cases.append(case)
-                    more_outcomes.append(outcome)
-        recognised = recognise(self.question, more_cases, more_outcomes)
+                    pairs.append((case, outcome))
+        recognised = recognise(self.question, *zip(*pairs, strict=True))
         return recognised is not None and recognised.id == mistake
+
+    def _find_misreading(self) -> str:
+        """Words for the misreading that makes every answer right; empty for none, and for many."""
+        names = names_of(self.question)
+        calls = [misreadings_of(names, case.arguments) for case, _ in self.asked]
+        by_case = [dict(of_case) for of_case in calls]
+        cases = [case for case, _ in self.asked]
+        found = [
+            words
+            for words in by_case[0]
+            if all(words in calls for calls in by_case)
+            and all(
+                self._passes(case, self.run(replace(case, arguments=calls[words])))
+                for case, calls in zip(cases, by_case, strict=True)
+            )
+        ]
+        return join_words(found, "or") if 0 < len(found) <= MOST_MISREADINGS else ""
+
+    def _passes(self, case: Case, outcome: Outcome) -> bool:
+        is_returned = outcome.status is Status.RETURNED
+        return is_returned and is_right(self.question, case, outcome.value)
 
     def _of(self, plain: Plain) -> list[Stage]:
         return [stage for stage in self.stages if stage.plain is plain]
@@ -239,14 +288,11 @@ class Stages:
         ]
         if not names:
             return ", but with none of them alone"
-        return f", and wrong as soon as {_join(names, 'or')} is as given"
+        return f", and wrong as soon as {join_words(names, 'or')} is as given"
 
     def _is_right(self, stage: Stage) -> bool:
         pairs = zip(self.cases[stage.words], self.outcomes[stage.words], strict=True)
-        return all(
-            outcome.status is Status.RETURNED and is_right(self.question, case, outcome.value)
-            for case, outcome in pairs
-        )
+        return stage.words not in self.no_cures and all(self._passes(*pair) for pair in pairs)
 
     def _is_trivial(self, stage: Stage) -> bool:
         """True if the right answers are zero or identities: wrong functions have them as well."""
@@ -277,55 +323,3 @@ class Stages:
             if not is_answer_of(GIVEN, self.question, as_given, outcome.value):
                 return False
         return True
-
-
-def right_part(question: Question, case: Case, outcome: Outcome) -> Iterator[str]:
-    """Which entries of a vector, a mask or of several results are right, and which are not."""
-    if outcome.status is not Status.RETURNED:
-        return
-    try:
-        got, expected = (
-            read(question.answer, value) for value in (outcome.value, case.expected[0])
-        )
-    except Unreadable:
-        return
-    is_long = question.answer is Answer.NUMBERS or expected.size >= LONG
-    if got.shape != expected.shape or got.ndim != 1 or not is_long:
-        return
-    is_wrong = ~((np.abs(got - expected) <= case.tolerance) | (got == expected))
-    is_wrong &= ~(np.isnan(got) & np.isnan(expected))
-    if is_wrong.all() or not is_wrong.any():
-        return
-    if question.answer is Answer.NUMBERS:
-        yield from _right_results(case, is_wrong)
-    else:
-        yield from _wrong_where(question, case, is_wrong)
-
-
-def _right_results(case: Case, is_wrong: np.ndarray) -> Iterator[str]:
-    if not isinstance(case.expected[0], tuple):
-        return
-    sizes = [np.asarray(part).size for part in case.expected[0]]
-    parts = np.split(is_wrong, np.cumsum(sizes)[:-1])
-    right_results = [str(place) for place, part in enumerate(parts, start=1) if not part.any()]
-    if right_results:
-        yield f"Result {_join(right_results)} is right, the other is not."
-
-
-def _wrong_where(question: Question, case: Case, is_wrong: np.ndarray) -> Iterator[str]:
-    """The range of an argument in which all wrong entries lie, and no right one."""
-    for name, value in zip(names_of(question), case.arguments, strict=False):
-        if not isinstance(value, np.ndarray) or value.shape != is_wrong.shape:
-            continue
-        low, high = value[is_wrong].min(), value[is_wrong].max()
-        inside = (value >= low) & (value <= high)
-        if (inside == is_wrong).all():
-            span = f"from {low:.4g} to {high:.4g}" if high > low else f"at {low:.4g}"
-            yield f"The wrong entries are those with `{name}` {span}; all others are right."
-            return
-
-
-def _join(words: Sequence[str], conjunction: str = "and") -> str:
-    """`a`, `a and b`, `a, b and c`."""
-    head = ", ".join(words[:-1])
-    return f"{head} {conjunction} {words[-1]}" if head else words[-1]

@@ -97,7 +97,7 @@ WRONG = [
     ("motion_between", "inverted", lambda a, b: np.linalg.inv(b) @ a),
     ("turn_about", "transposed", lambda c, a: T2(*c - rotation(a) @ c, -a)),
     ("match_and_count", "does not reach", lambda p, q, g: (icp(p, q).inlier_count, icp(p, q).inlier_rmse)),
-    ("match_and_count", "newer scan first", lambda p, q, g: (gated(q, p, g).inlier_count, gated(q, p, g).inlier_rmse)),
+    ("match_and_count", "`source` and `target` exchanged", lambda p, q, g: (gated(q, p, g).inlier_count, gated(q, p, g).inlier_rmse)),
     ("match_and_count", "millimetres", lambda p, q, g: (gated(p, q, g).inlier_count, 1000.0 * gated(p, q, g).inlier_rmse)),
     ("icp_by_hand", "wrong side", lambda p, q, T, n: rounds(p, q, T, lambda d, T: T @ d, count=n)),
     ("icp_by_hand", "without the guess", lambda p, q, T, n: rounds(p, q, I3, lambda d, T: d @ T, count=n)),

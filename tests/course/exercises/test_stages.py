@@ -7,6 +7,9 @@ from labkit import Target, align, apply, transform
 from labkit.correspondences import huber_weights
 from labkit.course.assignment import load_assignment, load_plain_answers
 from labkit.course.exercises import check, exercises
+from labkit.course.exercises.checking import judge_exercise
+from labkit.course.exercises.misreadings import misreadings_of
+from labkit.course.exercises.parts import names_of
 from labkit.course.exercises.stages import Plain, plain_form, stages_of
 from tests.course.authoring.right_answers import solution
 
@@ -21,6 +24,7 @@ def robust_icp(source, target, T_init, gate=0.3, delta=0.05, rounds=15):
         T = align(p[near], q[near], w) @ T
     return T
 """
+LOSSY = ("**2", "root of", "x and y")  # signs, and the turn of a pose, are not undone
 NAMES = {"np": np, "Target": Target, "align": align, "apply": apply, "huber_weights": huber_weights}
 
 
@@ -34,7 +38,10 @@ def told(source, name):
 @pytest.mark.parametrize(
     ("right", "wrong", "says"),
     [
-        ("d <= gate", "d**2 <= gate", "With `gate=inf` it is right"),
+        ("d <= gate", "d**2 <= gate", "right if it gets `gate**2` for `gate`"),
+        ("range(rounds)", "range(1, rounds)", "right if it gets `rounds + 1` for `rounds`"),
+        ("gate=0.3, delta=0.05", "delta=0.05, gate=0.3", "gets `gate` and `delta` exchanged"),
+        ("apply(T, source)", "apply(T, source[:-1])", "another last row of `source`"),
         ("d <= gate", "d <= 0.3", "stays the same with `gate=inf`"),
         ("T_init, Target", "np.eye(3), Target", "stays the same with `T_init` the identity"),
         ("range(rounds)", "range(15)", "stays the same with `rounds=1`"),
@@ -56,6 +63,24 @@ def test_a_wrong_loop_is_led_to_its_cause(right, wrong, says):
 
 
 @pytest.mark.parametrize("name", exercises())
+def test_an_argument_that_is_misread_is_named(name):
+    """Each way of reading it wrongly is undone by another: degrees by radians, + 1 by − 1."""
+    entry = exercises()[name]
+    question, cases = entry.asked
+    misreadings = dict(misreadings_of(names_of(question), cases[0].arguments))
+    for words in misreadings:
+        if any(sign in words for sign in LOSSY):
+            continue
+
+        def misread(*arguments, words=words):
+            return entry.right(*dict(misreadings_of(names_of(question), arguments))[words])
+
+        verdict = judge_exercise(entry, misread)
+
+        assert verdict.passed or verdict.misconception or "right if it gets" in verdict.message
+
+
+@pytest.mark.parametrize("name", exercises())
 def test_the_right_answer_to_a_stage_is_not_the_answer_to_the_call(name):
     """Each plain form changes its argument, and nothing but that."""
     question, cases = exercises()[name].asked
@@ -63,7 +88,7 @@ def test_the_right_answer_to_a_stage_is_not_the_answer_to_the_call(name):
         for stage in stages_of(question, case.arguments):
             pairs = zip(stage.arguments, case.arguments, strict=True)
             changed = sum(new is not old for new, old in pairs)
-            assert changed == 1 or stage.plain in (Plain.ALL, Plain.ALL_BUT_ONE)
+            assert changed == 1 or stage.plain in (Plain.ALL, Plain.ALL_BUT_ONE, Plain.ROW)
 
 
 @pytest.mark.parametrize("question", load_assignment(hidden=False).questions, ids=lambda q: q.id)
