@@ -32,7 +32,7 @@ right ones among them; so a mistake may be right in some cases, and no two may a
 Three things are known everywhere, and need no entry: relations to the right answer (the inverse,
 the sign, degrees, the order of two results), arguments that are misread (squared, in degrees, one
 round too few, exchanged: `misreadings`), and what a call with plain arguments shows: one round, no
-gate, no guess (`stages` has the plain form of an argument by its name, so name them as the lab does).
+gate, no guess (`stages` has an argument's plain form by its name, so name them as the lab does).
 List the mistakes whose sentence says more than that, an idea.
 """
 

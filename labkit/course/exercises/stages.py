@@ -193,7 +193,7 @@ class Stages:
         }
         self.outcomes = {words: list(map(run, cases)) for words, cases in self.cases.items()}
         self.stages = [stage for stage in stages[0] if stage.words in self.cases]
-        self.no_cures = words[0].difference(set.intersection(*words))  # plain, and wrong
+        self.no_cures = {name for name in words[0] if not all(name in own for own in words)}
 
     def sentences(self) -> Iterator[str]:
         """What the stages show, the most telling first."""
