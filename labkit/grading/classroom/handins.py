@@ -178,7 +178,7 @@ def read_members(path: Path) -> dict[str, list[tuple[str, str]]]:
         people = re.split(r"(?m)^  :", people)[0]  # up to the submission's next field
         for person in re.split(r"(?m)^ *- ", people)[1:]:
             fields = dict(re.findall(r"(?m)^ *:(\w+): *['\"]?(.*?)['\"]? *$", person))
-            student = fields.get("email") or fields.get("sid")
+            student = fields.get("email") or fields.get("sid") or fields.get("name")
             if number and student:
                 name = printable(fields.get("name") or student)
                 members.setdefault(number[1], []).append((printable(student), name))

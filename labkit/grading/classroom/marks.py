@@ -241,6 +241,7 @@ def read_adjustments(
     items = {question.id: question.points for question in assignment.questions}
     items |= {"written": 0.0, "bonus": math.inf, "late": math.inf, "all": 0.0}
     decisions: dict[tuple[str, str], Decision] = {}
+    places: dict[tuple[str, str], str] = {}
     for location, row, is_by_page in sorted(rows, key=lambda placed: placed[1]["student"] != CLASS):
         name, item, cell = (row[column] for column in HEADER[:3])
         possible = RULES if name == CLASS else items
@@ -254,9 +255,11 @@ def read_adjustments(
         for holder in {student, *roster.members(student)}:  # a group's own page tells it, too
             if (holder, item) in decisions:
                 raise LabkitError(
-                    f"{location}: {item} of {holder!r} is set before; keep one of the lines"
+                    f"{location}: {item} of {holder!r} is set before, in "
+                    f"{places[holder, item]}; keep one of the lines"
                 )
             decisions[holder, item] = decision
+            places[holder, item] = location
         if (student, item) == (CLASS, "written"):
             items[item] = decision.value or 0.0
     return decisions

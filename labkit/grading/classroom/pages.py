@@ -60,7 +60,7 @@ def write_pages(
             mean=statistics.fmean(scores),
             median=statistics.median(scores),
             missing=missing,
-            modes=Counter(mark.mode for mark in marks if mark.mode),
+            modes=Counter(mark.mode for mark in graded if mark.mode),
             file_name=file_name,
             points=max((mark.points for mark in marks), default=0.0),
             mistakes=sorted(mistake for summary in questions for mistake in summary["mistakes"])[

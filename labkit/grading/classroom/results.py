@@ -6,7 +6,6 @@ import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import NamedTuple
 
 from labkit.grading.classroom.gradebooks import Gradebook, write_scores
@@ -45,13 +44,11 @@ class Remark(NamedTuple):
     says: str  # as "handed in nothing": of one or of many
     students: Sequence[str]
     way_out: str = ""
-    names: Mapping[str, str] = MappingProxyType({})  # for a person
 
-    @property
-    def line(self) -> str:
-        """The line for the terminal."""
-        names = some(self.names.get(student, student) for student in self.students)
-        line = f"{len(self.students)} {self.says}: {names}"
+    def line(self, names: Mapping[str, str]) -> str:
+        """The line for the terminal, with the `names` for a person."""
+        line = f"{len(self.students)} {self.says}: "
+        line += some(names.get(student, student) for student in self.students)
         return f"{line}. {self.way_out}" if self.way_out else line
 
 
@@ -88,7 +85,8 @@ class Results:
         self._write_code(records)
         returned = [*marks, *make_group_marks(records, self.adjustments, self.roster)]
         self._pack_feedback(returned)
-        return [remark.line for remark in remarks if remark.students]
+        names = {mark.student: mark.submission for mark in marks} | dict(self.roster.names)
+        return [remark.line(names) for remark in remarks if remark.students]
 
     def _remarks(
         self,
@@ -97,7 +95,7 @@ class Results:
         records: Mapping[str, Record],
     ) -> Iterator[Remark]:
         """Remarks on who handed in nothing, what was not read, and points that people owe."""
-        yield Remark("handed in nothing", list(missing), names=self.roster.names)
+        yield Remark("handed in nothing", list(missing))
         unread = [mark.student for mark in marks if mark.unread]
         yield Remark(
             "handed in files that were not read", unread, f"{self.out}/index.html says why"

@@ -228,6 +228,7 @@ submission_78:
   :submitters:
   - :name: Grace Hopper
     :email: grace@x.org
+  - :name: Kurt Gödel
 """
 
 
@@ -249,6 +250,7 @@ def test_gradescope_s_export_is_joined_with_its_people_and_groups(is_zipped, tmp
     assert people == {
         "79": "79",
         "815": "Emmy Noether",
+        "Kurt Gödel": "Kurt Gödel",
         "ada@x.org": "Ada Lovelace",
         "grace@x.org": "Grace Hopper",
     }

@@ -107,7 +107,7 @@ def test_lateness_is_computed_when_marks_are(lines, score, decide, marks):
         ("ada,double,,", "line 2: double must be a number from 0 to 2, got ''"),
         ("ada,all,3,", "line 2: all takes 'excused', or no value and a comment; got '3'"),
         ("ada,bonus,excused,", "line 2: bonus must be a number from 0, got 'excused'"),
-        ("ada,double,1,\nada,double,2,", "line 3: double of 'ada' is set before; keep one"),
+        ("ada,double,1,\nada,double,2,", "line 3: double of 'ada' is set before, in "),
         ('ada,double,1,"open\nada', ": unexpected end of data; put text that holds a comma in"),
     ],
 )
@@ -129,6 +129,15 @@ def test_an_excused_question_counts_neither_way(decide, marks):
 
     assert (mark.score, mark.points) == (1.0, 2.0)
     assert mark.adjustments == ("Negate: excused: ill.",)
+
+
+def test_excused_written_answers_count_neither_way(decide, marks):
+    adjustments = decide("*,written,4,", "ada,written,excused,", "emmy,written,1,")
+
+    ada, emmy = marks(adjustments, record("ada"), record("emmy"))
+
+    assert (ada.score, ada.points) == (5.0, 5.0)
+    assert (emmy.score, emmy.points) == (6.0, 9.0)
 
 
 def test_who_is_excused_has_no_mark(decide, marks, tmp_path):

@@ -25,6 +25,15 @@ def test_results_of_a_hand_in_that_is_gone_are_named(grade, tmp_path, capsys):
     assert remarks() == {"student00000": "", "student00001": says}
 
 
+def test_people_are_called_by_their_names(grade, tmp_path, capsys):
+    names = ["lovelaceada_4711_98765_a.pdf", "noetheremmy_4712_98766_a.py"]
+    write(tmp_path / "class", names, RIGHT)
+
+    assert grade("class") == 0
+
+    assert "1 handed in files that were not read: lovelaceada. " in capsys.readouterr().err
+
+
 def test_one_file_beside_the_results_of_its_class_is_nothing_odd(grade, tmp_path, capsys):
     hand_in(tmp_path / "class", 2)
     assert grade("class") == 0
