@@ -31,10 +31,11 @@ SURE_SCORE_SLOPE = 0.7  # [1/m]: what each metre of the window adds to it
 MIN_SCORE = 0.1  # a match that scores less tells less than the wheels: gaps of 15 scans
 AT_ONCE = 0.6  # of what the best match in the window lacks to a score of 1: a match outside lacks
 # less, or it is not believed: a door, wheels jump
-LEAD_AGREEMENT = 0.6  # usual agreement below which the wheels lead: 30 % ghosts, a third moving
 TIE = 0.01  # scores that differ by less are equal, and the first one wins: clean
-MARGIN = 0.05  # of agreement: matches that differ by less fit equally well
-MIN_AGREEMENT = 0.5  # a match that agrees less is doubtful
+MARGIN = 0.05  # of agreement, or score: matches that differ by less fit equally well; far from
+# the wheels none of them is believed: noise of 30 mm more
+MIN_AGREEMENT = 0.5  # a match that agrees less is doubtful; where the usual one does, the wheels
+# lead: 30 % ghosts, a third moving
 MAX_STD = 0.2  # [m] of wheels along a free direction: worse ones leave the step doubtful
 
 # Score of a place (score)

@@ -19,7 +19,7 @@ import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.base import Odometry
-from labkit.odometry.constants import AT_ONCE, LEAD_AGREEMENT, MIN_SCORE, TIE
+from labkit.odometry.constants import AT_ONCE, MARGIN, MIN_AGREEMENT, MIN_SCORE, TIE
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.match import Match, match, stay
@@ -131,7 +131,7 @@ class MapOdometry(Odometry[MapState]):
             return self.refuse(record, prior, history, scales)
         motions = np.array([history.last_motion, *history.motions])
         expected = expect(T_map_last, prior, motions, scales, state.T_last_refused)
-        leads = prior is not None and scales.agreement < LEAD_AGREEMENT
+        leads = prior is not None and scales.agreement < MIN_AGREEMENT
         matches: list[Match] = []
         reach = scales.steps * np.array(self.parameters.limits.window)
         for candidates in propose(scan, target, expected, reach):
@@ -151,7 +151,7 @@ class MapOdometry(Odometry[MapState]):
         if prior is not None:
             at_wheels = stay(scan, target, expected, self.parameters.icp)
             nearest = best_in_window([at_wheels, *matches], expected)
-            if not expected.holds(best.T) and not is_plainly_better(best, nearest):
+            if not expected.holds(best.T) and not is_plainly_better(best, nearest, matches):
                 is_believed = nearest.score > MIN_SCORE and not leads
                 if is_believed:
                     rival = best if math.isfinite(best.score) else None  # not of a failed match
@@ -204,12 +204,13 @@ def margin_of(best: Match, matches: Sequence[Match]) -> float:
 
     NaN where none did that scores more than 0.
     """
-    elsewhere = [
-        match.agreement
-        for match in matches
-        if match.score > 0.0 and not is_same_pose(best.T, match.T)
-    ]
-    return best.agreement - max(elsewhere, default=math.nan)
+    agreements = [match.agreement for match in elsewhere(best, matches) if match.score > 0.0]
+    return best.agreement - max(agreements, default=math.nan)
+
+
+def elsewhere(best: Match, matches: Sequence[Match]) -> list[Match]:
+    """The matches that ended at other poses than one of them."""
+    return [match for match in matches if not is_same_pose(best.T, match.T)]
 
 
 def best_in_window(matches: Sequence[Match], expected: Expectation) -> Match:
@@ -218,9 +219,15 @@ def best_in_window(matches: Sequence[Match], expected: Expectation) -> Match:
     return max(inside, key=lambda match: match.score)
 
 
-def is_plainly_better(match: Match, nearest: Match) -> bool:
-    """True if a match outside the window lacks little of what the nearest one in it lacks."""
-    return 1.0 - match.score < AT_ONCE * (1.0 - nearest.score)
+def is_plainly_better(match: Match, nearest: Match, matches: Sequence[Match]) -> bool:
+    """True if a match outside the window is better than the best one in it, and than any elsewhere.
+
+    It lacks little of what the nearest one lacks: a door that shuts agrees with a robot at rest.
+    And it is alone: where the scan fits at several places, none of them tells more than the wheels.
+    """
+    rival_score = max((rival.score for rival in elsewhere(match, matches)), default=-math.inf)
+    is_alone = match.score - rival_score > MARGIN
+    return is_alone and 1.0 - match.score < AT_ONCE * (1.0 - nearest.score)
 
 
 def record_of_best(
@@ -273,6 +280,6 @@ def why_refused(record: StepRecord) -> str:
     if record.led:
         return (
             f"following the wheels: the last scans agreed with the map by less than "
-            f"{LEAD_AGREEMENT} on average, and this one by {record.agreement:.2f}"
+            f"{MIN_AGREEMENT} on average, and this one by {record.agreement:.2f}"
         )
     return f"the best match scores only {record.score:.2f}"

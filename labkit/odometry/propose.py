@@ -41,6 +41,7 @@ class Expectation(NamedTuple):
     """Expected poses of the newest scan in the map's frame, and what another pose costs."""
 
     poses: FloatArray  # (K, 3, 3), the likeliest first
+    first_count: int  # of them: those that are tried in the first round
     handicap: FloatArray  # (J,): added to the squared distance from each of the first J poses,
     # by which a pose is judged; the others are only tried
     shift: float  # to either side: half of the window in which a match is expected [m]
@@ -104,13 +105,14 @@ def expect(
     By the wheels, (3,), or None; and by motions (K, 3): that of the last step, then those that were
     measured, the newest first. Where none was measured no match is sure, so that a search looks
     around. If the last match was refused, the wheels may go on from `T_last_refused`, where it
-    ended, too.
+    ended, too: however well the scan fits at the wheels, that is tried in the first round.
     """
     if prior is None:
         poses = T_map_last @ from_xytheta(motions)
         has_measured = len(motions) > 1
         return Expectation(
             poses=poses,
+            first_count=1,
             handicap=np.asarray(AGE_HANDICAP * np.arange(len(poses)), np.float64),
             shift=USUAL_CHANGE[0],
             turn=USUAL_CHANGE[1],
@@ -130,6 +132,7 @@ def expect(
     poses = T_map_last @ np.concatenate([by_wheels, from_xytheta(motions)])
     return Expectation(
         poses=poses,
+        first_count=len(starts),
         handicap=np.asarray(RETURN_HANDICAP * np.arange(len(starts)), np.float64),
         shift=shift,
         turn=turn,
@@ -146,11 +149,12 @@ def propose(
 ) -> Iterator[list[FloatArray]]:
     """Candidates in rounds, each tried only if no match of those before is sure.
 
-    The most expected pose; then the other expected ones, and those that a search finds within
+    The most expected poses; then the other expected ones, and those that a search finds within
     `reach`, [m] and [rad], or farther if that is expected.
     """
-    yield [expected.poses[0]]
+    first = drop_duplicates(expected.poses[: expected.first_count], MAX_STARTS)
+    yield first
     max_shift = max(reach[0], expected.search_shift)
     max_turn = min(max(reach[1], expected.search_turn), math.pi)
-    others = drop_duplicates(expected.poses, MAX_STARTS)[1:]
+    others = drop_duplicates(expected.poses, MAX_STARTS)[len(first) :]
     yield [*others, *search(scan, target, expected.T_search, (max_shift, max_turn))]

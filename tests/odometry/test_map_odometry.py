@@ -23,8 +23,10 @@ from labkit.odometry import (
 from labkit.odometry.constants import HISTORY, RANGE_STD
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.map_odometry import MapState
+from labkit.odometry.match import Match
 from labkit.odometry.record import Evidence
 from labkit.odometry.scales import History, growth_of
+from labkit.odometry.score import Score
 from labkit.parameters import ACCURATE
 from labkit.se2 import apply, from_xytheta, invert
 from labkit.simulation import (
@@ -183,6 +185,17 @@ def test_a_scan_that_fits_nowhere_leaves_the_step_to_the_wheels():
     assert record.decision is Decision.PRIOR
     assert record.is_doubtful
     np.testing.assert_array_equal(record.increment, PRIOR)
+
+
+def test_matches_that_all_fail_are_no_place_to_go_on_from(monkeypatch):
+    older, newer = two_scans(room())
+    failed = icp(newer, older, from_xytheta([50.0, 0.0, 0.0]), ACCURATE)
+    monkeypatch.setattr("labkit.odometry.map_odometry.match", lambda *_: Match(failed, *Score()))
+
+    record = step(older, newer, MOTION)
+
+    assert record.decision is Decision.CONFIRMED
+    assert record.T_taken_refused is None
 
 
 def test_a_scanner_that_hangs_leaves_its_steps_to_the_wheels():

@@ -15,7 +15,7 @@ from labkit.odometry.constants import (
     TIE,
     WHEEL_COST,
 )
-from labkit.odometry.map_odometry import choose, margin_of
+from labkit.odometry.map_odometry import choose, is_plainly_better, margin_of
 from labkit.odometry.match import Match
 from labkit.odometry.propose import propose
 from labkit.odometry.record import Scales
@@ -160,6 +160,17 @@ def test_nothing_is_searched_for_unless_it_is_asked_for(monkeypatch):
         next(rounds)
 
 
+def test_where_a_refused_match_ended_is_tried_in_the_first_round_too():
+    """A corridor fits as well after wheels that slipped: a match there looks sure."""
+    newer, target = two_scans()
+    T_last_refused = transform(1.0, 0.0, 1.0)
+    expected = expect(np.eye(3), MOTION, np.zeros((1, 3)), T_last_refused)
+
+    first = next(propose(newer, target, expected, (2.0, math.pi / 2.0)))
+
+    np.testing.assert_allclose(first, [np.eye(3), T_last_refused] @ from_xytheta(MOTION))
+
+
 @pytest.mark.parametrize(
     ("prior", "around", "shift", "turn"),
     [
@@ -213,3 +224,15 @@ def test_the_highest_score_is_chosen_and_the_first_of_equals(scores, taken, marg
 
     assert best is matches[taken]
     assert margin_of(best, matches) == pytest.approx(margin, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("scores", "is_believed"),
+    [([0.3, 0.7], True), ([0.5, 0.7], False), ([0.3, 0.7, 0.66], False)],
+)
+def test_far_from_the_wheels_a_match_is_believed_if_it_is_plainly_better_and_alone(
+    scores, is_believed
+):
+    matches = matches_of(*scores)
+
+    assert is_plainly_better(matches[1], matches[0], matches) == is_believed
