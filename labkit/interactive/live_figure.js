@@ -181,7 +181,7 @@ class LiveFigure extends View {
     this.speaking = setTimeout(() => (this.spoken.textContent = numbersText), SPEAK_DELAY_MS);
   }
 
-  drawPanel(canvas, { marks }) {
+  drawPanel(canvas, { marks, isPlane = true }) {
     const [left, right, bottom, top] = this.model.get("window");
     const fresh = freshContext(canvas, (width) =>
       Math.min(MAX_FIGURE_PX, (width * (top - bottom)) / (right - left)),
@@ -193,7 +193,7 @@ class LiveFigure extends View {
     const scale = Math.min(width / (right - left), height / (top - bottom));
     frame.look({ width, height, center: [(left + right) / 2, (bottom + top) / 2], scale });
     this.view = frame;
-    frame.drawGrid(context, colors);
+    if (isPlane) frame.drawGrid(context, colors);
     for (const mark of marks) drawMark(context, frame, colors, mark);
   }
 }

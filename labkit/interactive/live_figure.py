@@ -25,7 +25,7 @@ from labkit.plotting.scans import draw_target
 from labkit.plotting.style import SOURCE, legend_below, style_plane
 from labkit.support.arrays import as_floats, check_choice
 
-MODELS = ("turn", "outlier", "cuts", "race")
+MODELS = ("turn", "trace", "outlier", "cuts", "race")
 
 
 class LiveFigure(DrawnWidget):
@@ -71,7 +71,7 @@ def live_figure(
 
     Parameters
     ----------
-    model : {"turn", "outlier", "cuts", "race"}
+    model : {"turn", "trace", "outlier", "cuts", "race"}
         What the page computes; see ``models.js``.
     sliders : mapping of str to array_like, shape (N,)
         Values of each slider, by its name with its unit, in the order of the model's arguments.

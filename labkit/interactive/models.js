@@ -47,6 +47,68 @@ export const MODELS = {
     return answer;
   },
 
+  // Pairs seen from their centroids, one side turned: H as an ellipse that turns along, and the
+  // cosine that its trace is.
+  trace({ source, target, weights }) {
+    const targetRows = rows(target);
+    const traceAt = (degrees) => {
+      const turned = rows(apply(transform(0, 0, degrees * DEGREE), source));
+      const products = ([x, y], i) => [x, y].flatMap((p) => targetRows[i].map((q) => p * q));
+      const sum = (k) => turned.reduce((sum, p, i) => sum + weights[i] * products(p, i)[k], 0);
+      return { RH: [0, 1, 2, 3].map(sum), turned };
+    };
+    const spreads = weights.reduce((sum, weight, i) => {
+      const [x, y, u, v] = [...rows(source)[i], ...targetRows[i]];
+      return sum + weight * (x * x + y * y + u * u + v * v);
+    }, 0);
+    const { RH: H } = traceAt(0); // (2.4)
+    const a = H[0] + H[3]; // (2.5)
+    const b = H[1] - H[2]; // (2.6)
+    const c = Math.hypot(a, b);
+    const place = (degrees) => [
+      degrees / 36,
+      (4 * (a * Math.cos(degrees * DEGREE) + b * Math.sin(degrees * DEGREE))) / c,
+    ];
+    const turns = Array.from({ length: 73 }, (_, k) => 5 * k - 180);
+    const cosine = turns.slice(1).flatMap((degrees, k) => [...place(turns[k]), ...place(degrees)]);
+    const answer = (degrees) => {
+      const { RH, turned } = traceAt(degrees);
+      const ellipse = turns.flatMap((direction) => {
+        const [x, y] = [Math.cos(direction * DEGREE), Math.sin(direction * DEGREE)];
+        return [RH[0] * x + RH[1] * y, RH[2] * x + RH[3] * y].map((length) => (4 * length) / c);
+      });
+      const pairs = turned.flatMap((point, i) => [...point, ...targetRows[i]]);
+      const marks = [
+        ["view", ellipse, "RH of the unit circle, scaled"],
+        ["pair", pairs, "pair"],
+        ["older", target, "target"],
+        ["newer", turned.flat(), "source, turned"],
+      ];
+      const cosineMarks = [
+        ["wall", [-5, 0, 5, 0, 0, -4, 0, 4], "axes: turn and trace"],
+        ["way", cosine, "the trace, from −180° to 180°"],
+        ["after", place(Math.atan2(b, a) / DEGREE), "its top, at atan2(b, a)"],
+        ["query", place(degrees), "here"],
+      ];
+      const trace = RH[0] + RH[3];
+      const cost = spreads - 2 * trace;
+      const entries = RH.map((entry) => entry.toFixed(1).replace("-", "−"));
+      return {
+        panels: [
+          { name: "the pairs, seen from their centroids", marks },
+          { name: "the trace over the turn", marks: cosineMarks, isPlane: false },
+        ],
+        numbers: [
+          ["tr(RH)", `${trace.toFixed(1)} m²`],
+          ["RH", `${entries[0]}, ${entries[1]}; ${entries[2]}, ${entries[3]} m²`],
+          ["cost J", `${cost.toFixed(1)} m²`],
+        ],
+        curve: { title: "cost J [m²], as you move", trail: cost },
+      };
+    };
+    return answer;
+  },
+
   // Pairs, in one of which the target point was displaced, aligned with a weight for this one.
   outlier({ source, target, truth, row }) {
     const answer = (weight, metres) => {

@@ -80,6 +80,27 @@ def test_the_cost_of_pairs_that_are_moved(tmp_path):
         assert answer["numbers"] == {"cost J": f"{cost:.3f} m²"}
 
 
+def test_the_trace_of_centred_pairs_is_the_height_of_a_cosine(tmp_path):
+    p = newer.points[::20]
+    w = np.linspace(0.1, 1.0, len(p))
+    x = p - w @ p / w.sum()
+    y = labkit.apply(TRUTH, x) + 0.1 * np.random.default_rng(3).normal(size=x.shape)
+    y -= w @ y / w.sum()
+    H = (w[:, None] * x).T @ y
+    best = float(np.degrees(labkit.to_xytheta(labkit.align(x, y, w))[2]))
+
+    answers = run_model(tmp_path, [[40.0], [best]], "trace", source=x, target=y, weights=w)
+
+    for degrees, answer in zip((40.0, best), answers, strict=True):
+        T = labkit.transform(0.0, 0.0, np.radians(degrees))
+        cost = w @ ((labkit.apply(T, x) - y) ** 2).sum(axis=1)
+        assert answer["numbers"]["tr(RH)"] == f"{np.trace(T[:2, :2] @ H):.1f} m²"
+        assert answer["numbers"]["cost J"] == f"{cost:.1f} m²"
+        assert np.isclose(answer["panels"][1]["query"][0], degrees / 36)
+    top = answers[1]["panels"][1]
+    np.testing.assert_allclose(top["query"], top["after"], rtol=0, atol=TOLERANCE)
+
+
 @pytest.mark.parametrize(("weight", "metres"), [(1.0, 2.0), (0.3, 2.0), (0.0, 4.0), (1.0, 0.0)])
 def test_an_outlier_pulls_by_its_weight(tmp_path, weight, metres):
     p = newer.points[::20]
