@@ -80,7 +80,7 @@ REFUSED = {
     "two values to each, got 'x': [0.0]": partial(SLIDERS, sliders={"x": [0.0]}),
     "`sliders['x']` must hold numbers, got ['a', 'b']": partial(SLIDERS, sliders={"x": ["a", "b"]}),
     "`sliders` must be of the class Mapping": partial(SLIDERS, sliders=["x"]),
-    '`model` must be "turn", "outlier", "cuts" or "race", got': partial(
+    '`model` must be "turn", "trace", "outlier", "cuts" or "race", got': partial(
         live_figure, "tree", {}, label="", start=[], xlim=(0, 1), ylim=(0, 1)
     ),
     "`start` must have shape (1,), got (2,)": partial(FIGURE, start=[1, 2]),
