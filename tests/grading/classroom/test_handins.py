@@ -102,6 +102,16 @@ def test_of_two_uploads_with_one_name_the_newest_counts(read, tmp_path):
     assert [one.late for one in found] == [1.0, 0.0, 1.0]
 
 
+def test_files_are_read_from_old_to_new(read, tmp_path):
+    folder = write(tmp_path, ["ada/a.py", "ada/b.py", "ada/c.py"], "k = 1\n") / "ada"
+    for name, seconds in (("b.py", 2e9), ("a.py", 3e9), ("c.py", 1e9)):
+        os.utime(folder / name, (seconds, seconds))
+
+    files, _ = read(one_submission(folder, "ada"))
+
+    assert list(files) == ["c.py", "b.py", "a.py"]
+
+
 def test_an_archive_is_read_from_old_to_new(read, tmp_path):
     with zipfile.ZipFile(tmp_path / "work.zip", "w") as archive:
         for name, year in (("b.py", 2025), ("a.py", 2026), ("c.py", 2024)):

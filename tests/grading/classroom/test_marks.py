@@ -102,6 +102,7 @@ def test_lateness_is_computed_when_marks_are(lines, score, decide, marks):
         ),
         ("ada,double,2.5,", "line 2: double must be a number from 0 to 2, got '2.5'"),
         ("*,written,inf,", "line 2: written must be a number from 0, got 'inf'"),
+        ("*,late_cap,150,", "line 2: late_cap must be a number from 0 to 100, got '150'"),
         ("ada,late,inf,", "line 2: late must be a number from 0, got 'inf'"),
         ("ada,written,3,", "got '3'; say what they are worth: *,written,POINTS,"),
         ("ada,double,,", "line 2: double must be a number from 0 to 2, got ''"),
