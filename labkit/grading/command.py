@@ -12,7 +12,7 @@ from pathlib import Path
 from labkit.grading.box.inside.limits import SECONDS
 from labkit.grading.box.inside.reading import is_source
 from labkit.grading.box.outside import Wall, open_wall
-from labkit.grading.classroom.gradebooks import read_canvas, read_moodle
+from labkit.grading.classroom.gradebooks import GRADEBOOKS
 from labkit.grading.classroom.gradescope import write_autograder
 from labkit.grading.classroom.handins import LAYOUTS, find_submissions
 from labkit.grading.classroom.marks import find_student, read_adjustments, read_roster
@@ -60,8 +60,10 @@ def add_grade(
     again = "grade this student afresh; may be given several times"
     add("--again", action="append", metavar="STUDENT", default=[], help=again)
     add("--out", metavar="FOLDER", default="grades", help="output folder (%(default)s)")
-    add("--canvas", nargs=2, metavar=("FILE", "COLUMN"), help="Canvas's gradebook to be filled in")
-    add("--moodle", metavar="FILE", help="Moodle's grading worksheet to be filled in")
+    for name, platform in GRADEBOOKS.items():
+        arguments = platform.arguments
+        says = f"{platform.describes} to be filled in"
+        add(f"--{name}", nargs=len(arguments), metavar=arguments, help=says)
     add("--overwrite", action="store_true", help="replace grades and comments in the gradebook")
     add = parser.add_argument_group("where the code runs").add_argument
     add("--no-isolation", action="store_true", help="NOT SAFE: only for code that you trust")
@@ -108,8 +110,9 @@ def grade(args: argparse.Namespace) -> int:
     check_count(args.jobs, "jobs", at_least=1)
     check_range(args.seconds, "seconds", above=0.0, at_most=600.0, unit="s")
     out = Path(args.out)
-    read = [args.submissions, args.secret, *(args.canvas or [])[:1], args.moodle]
-    _refuse_same(read, written_files(out), "--out")
+    gradebooks = {name: getattr(args, name) for name in GRADEBOOKS if getattr(args, name)}
+    files = [arguments[0] for arguments in gradebooks.values()]
+    _refuse_same([args.submissions, args.secret, *files], written_files(out), "--out")
     templates()  # or say what they need, before the work
     submissions, lost, remarks = find_submissions(args.submissions, layout=args.layout, out=out)
     for remark in remarks[:SHOWN]:
@@ -117,8 +120,9 @@ def grade(args: argparse.Namespace) -> int:
     if lost:
         _say(f"{len(lost)} files with code belong to no student, and are not graded: {some(lost)}")
     assignment = _load(args)
-    books = {"canvas.csv": read_canvas(*args.canvas)} if args.canvas else {}
-    books |= {"moodle.csv": read_moodle(args.moodle)} if args.moodle else {}
+    books = {
+        f"{name}.csv": GRADEBOOKS[name].read(*arguments) for name, arguments in gradebooks.items()
+    }
     os.umask(0o077)
     records = read_records(out)
     people = {student: person for book in books.values() for student, person in book.people.items()}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from labkit.grading.classroom.gradebooks import Gradebook, write_scores
+from labkit.grading.classroom.gradebooks import GRADEBOOKS, Gradebook, write_scores
 from labkit.grading.classroom.handins import Submission
 from labkit.grading.classroom.marks import (
     BY_HAND,
@@ -26,16 +26,15 @@ from labkit.grading.questions import Assignment
 from labkit.support.files import atomic_write
 
 SHOWN = 5  # names in a message
-WRITTEN = ("scores.csv", "canvas.csv", "moodle.csv", "index.html", "reading.html", "feedback.zip",
-           "handed_out.py")  # fmt: skip
+WRITTEN = ("scores.csv", "index.html", "reading.html", "feedback.zip", "handed_out.py")
 FOLDERS = ("code", "students", VERDICTS)
 
 
 def written_files(out: Path) -> list[Path]:
     """The files in the folder of results that a run may write over."""
-    return [out / name for name in WRITTEN] + [
-        path for folder in FOLDERS for path in (out / folder).glob("*")
-    ]
+    names = [*WRITTEN, *(f"{name}.csv" for name in GRADEBOOKS)]
+    in_folders = [path for folder in FOLDERS for path in (out / folder).glob("*")]
+    return [out / name for name in names] + in_folders
 
 
 class Remark(NamedTuple):

@@ -10,6 +10,7 @@ import pytest
 
 from labkit.grading.classroom import handins
 from labkit.grading.classroom.handins import (
+    LAYOUTS,
     find_submissions,
     list_files,
     one_submission,
@@ -86,6 +87,14 @@ def test_what_a_student_calls_a_file_chooses_nothing(platform, tmp_path):
         assert told(write(tmp_path / f"{place}", names)) == plain
         if odd.isprintable() and "nbgrader" not in platform:
             assert told(pack(tmp_path / f"{place}.zip", names)) == plain
+
+
+def test_each_layout_is_tried_and_described():
+    names = {platform.partition(",")[0].partition(" ")[0] for platform in PLATFORMS}
+    page = Path(__file__).parents[3].joinpath("book/instructors.md").read_text("utf-8")
+
+    assert names == LAYOUTS.keys()
+    assert all(f"| `{name}` |" in page for name in LAYOUTS)
 
 
 def test_the_archive_of_a_class_is_opened_once(tmp_path, monkeypatch):

@@ -153,8 +153,7 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
     "the translation": {
         "a step aslant, just below both tolerances": _ending(0.9, 0.8, heading=math.pi / 4),
         "a small step to the left": _ending(0.7, 0.3, cost=-0.02, heading=math.pi / 2),
-        "a small step in the first iteration":
-            _ending(0.5, 0.6, cost=-0.03, iteration=1, heading=-0.4),
+        "a small step, first iteration": _ending(0.5, 0.6, cost=-0.03, iteration=1, heading=-0.4),
         "a shift to the left in the last but one iteration":
             _ending(50.0, 0.1, cost=5e-4, iteration=49, heading=math.pi / 2),
         "a shift to the right in the last but one iteration":
