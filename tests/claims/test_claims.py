@@ -110,25 +110,36 @@ def test_with_a_tolerance_of_a_millimetre_nine_runs_in_ten_stop_within_two_centi
     assert 5.0 < most < 20.0
 
 
-def test_a_run_that_stops_at_any_small_step_misses_more_than_one_that_asks_for_both():
-    """Predicted in chapter 4, of a turn on the spot by 20°; here from ten places of the room."""
-    missing = np.array([turn_missing(seed) for seed in range(10)])
+def two_looks(seed: int, turn: float, x: float = 0.0, y: float = 0.0):
+    """A motion in the room, and the older and the newer scan from a place drawn at random."""
+    rng = np.random.default_rng(seed)
+    T_w = transform(*rng.uniform([-1.8, -1.3], [1.8, 1.3]), rng.uniform(-3.0, 3.0))
+    T = transform(x, y, np.radians(turn))
+    older, newer = (cast(room(), pose, Lidar(beam_count=361), rng=rng) for pose in (T_w, T_w @ T))
+    return T, older, newer
 
-    assert np.mean(missing[:, 0] > missing[:, 1]) >= 0.8
-    assert np.mean(missing[:, 0] > 0.5) >= 0.8  # [°]
+
+def degrees_off(T, end) -> float:
+    return abs(np.degrees(to_xytheta(relative(T, end))[2]))
+
+
+def test_where_any_step_is_small_a_turn_may_be_missing_and_rarely_where_both_are():
+    """Predicted in chapter 4, of a turn on the spot by 20°; here from forty places of the room."""
+    missing = np.array([turn_missing(seed) for seed in range(40)])
+
+    assert np.mean(missing[:, 0] > missing[:, 1]) > 0.67
+    assert 1.0 < np.median(missing[:, 0]) < 2.0  # [°]
+    assert 0.1 < np.mean(missing[:, 0] > 10.0) < 0.4
 
 
 def turn_missing(seed: int) -> list[float]:
     """Degrees of a turn by 20° that are missing where either step is small, and where both are."""
-    rng = np.random.default_rng(seed)
-    T_w = transform(*rng.uniform([-1.8, -1.3], [1.8, 1.3]), rng.uniform(-3.0, 3.0))
-    T = transform(0.0, 0.0, np.radians(20.0))
-    older, newer = (cast(room(), pose, Lidar(beam_count=361), rng=rng) for pose in (T_w, T_w @ T))
+    T, older, newer = two_looks(seed, turn=20.0)
     history = icp(newer, older).history
     small = np.array([[s.translation_step, s.rotation_step] for s in history]) < 1e-3
     stops = [np.flatnonzero(each)[:1] for each in (small.any(axis=1), small.all(axis=1))]
     ends = [history[k[0] if len(k) else -1].T_target_source for k in stops]
-    return [abs(np.degrees(to_xytheta(relative(T, end))[2])) for end in ends]
+    return [degrees_off(T, end) for end in ends]
 
 
 @on_other_samples(edits('"Two rooms"', '"Room"', '"Killian Court 101: a room"'))
@@ -234,18 +245,26 @@ def test_more_of_the_distance_between_neighbours_lies_along_the_wall_than_across
     assert along > 1.2 * across
 
 
-@on_other_samples(LOOKS)
-def test_lines_need_fewer_steps_and_have_the_heading_first(sample):
-    names = run_cells("06", sample, "race-run")
-    points, lines = (names["runs"][metric] for metric in names["metrics"])
+def test_lines_need_fewer_steps_end_nearer_and_have_the_heading_first():
+    """At sixty places of the room: the quantiles that the chapter tells."""
+    points, lines = np.array([race(seed) for seed in range(60)]).transpose(1, 2, 0)
 
-    T_error = names["relative"](names["T_true"], lines.history[3].T_target_source)
-    turn = names["labkit"].to_xytheta(T_error)[2]
+    assert np.quantile(points[1], 0.9) < 0.010  # m
+    assert np.quantile(lines[1], 0.9) < 0.004
+    assert 0.67 < np.mean(2 * lines[0] < points[0]) < 0.9
+    assert np.mean(lines[2] < 0.2) > 0.75
 
-    assert 2 * lines.iterations < points.iterations or not lines.converged
-    assert abs(np.degrees(turn)) < 0.2
-    errors = names["paths"]
-    assert errors["point_to_line"][-1] < errors["point_to_point"][-1] < 0.02
+
+def race(seed: int) -> list[tuple[float, float, float]]:
+    """Of either metric: its steps, its error [m], and that of the heading after three steps [°]."""
+    T, older, newer = two_looks(seed, turn=5.0, x=0.30, y=0.05)
+    runs = [icp(newer, older, metric=metric) for metric in ("point_to_point", "point_to_line")]
+    errors = [np.hypot(*to_xytheta(relative(T, run.T_target_source))[:2]) for run in runs]
+    turns = [degrees_off(T, run.history[3].T_target_source) for run in runs]
+    return [
+        (run.iterations, *row)
+        for run, row in zip(runs, zip(errors, turns, strict=True), strict=True)
+    ]
 
 
 @on_other_samples(
