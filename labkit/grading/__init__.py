@@ -22,5 +22,5 @@ what comes out      ``classroom/results.py`` and beside it;     scores, gradeboo
 
 ``classroom/rounds.py`` leads a class through them, and ``classroom/gradescope.py`` one hand-in;
 ``classroom/tables.py`` reads and writes CSV for the last two. A new layout is an entry of
-`handins.LAYOUTS`, a new gradebook one of `gradebooks.GRADEBOOKS`, a new question one of the course.
+`handins.LAYOUTS`, a new gradebook one of `platforms.GRADEBOOKS`, a new question one of the course.
 """

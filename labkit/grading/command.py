@@ -12,11 +12,11 @@ from pathlib import Path
 from labkit.grading.box.inside.limits import SECONDS
 from labkit.grading.box.inside.reading import is_source
 from labkit.grading.box.outside import Wall, open_wall
-from labkit.grading.classroom.gradebooks import GRADEBOOKS
 from labkit.grading.classroom.gradescope import write_autograder
 from labkit.grading.classroom.handins import LAYOUTS, find_submissions
 from labkit.grading.classroom.marks import find_student, read_adjustments, read_roster
 from labkit.grading.classroom.pages import templates
+from labkit.grading.classroom.platforms import GRADEBOOKS
 from labkit.grading.classroom.results import SHOWN, Results, some, written_files
 from labkit.grading.classroom.rounds import JOBS, Rounds
 from labkit.grading.classroom.store import VERDICTS, read_records
@@ -62,7 +62,7 @@ def add_grade(
     add("--out", metavar="FOLDER", default="grades", help="output folder (%(default)s)")
     for name, platform in GRADEBOOKS.items():
         arguments = platform.arguments
-        says = f"{platform.describes} to be filled in"
+        says = f"{platform.says} to be filled in"
         add(f"--{name}", nargs=len(arguments), metavar=arguments, help=says)
     add("--overwrite", action="store_true", help="replace grades and comments in the gradebook")
     add = parser.add_argument_group("where the code runs").add_argument
@@ -110,8 +110,8 @@ def grade(args: argparse.Namespace) -> int:
     check_count(args.jobs, "jobs", at_least=1)
     check_range(args.seconds, "seconds", above=0.0, at_most=600.0, unit="s")
     out = Path(args.out)
-    gradebooks = {name: getattr(args, name) for name in GRADEBOOKS if getattr(args, name)}
-    files = [arguments[0] for arguments in gradebooks.values()]
+    named = {name: getattr(args, name) for name in GRADEBOOKS if getattr(args, name)}
+    files = [arguments[0] for arguments in named.values()]
     _refuse_same([args.submissions, args.secret, *files], written_files(out), "--out")
     templates()  # or say what they need, before the work
     submissions, lost, remarks = find_submissions(args.submissions, layout=args.layout, out=out)
@@ -121,7 +121,8 @@ def grade(args: argparse.Namespace) -> int:
         _say(f"{len(lost)} files with code belong to no student, and are not graded: {some(lost)}")
     assignment = _load(args)
     books = {
-        f"{name}.csv": GRADEBOOKS[name].read(*arguments) for name, arguments in gradebooks.items()
+        GRADEBOOKS[name].returned: GRADEBOOKS[name].read(*arguments)
+        for name, arguments in named.items()
     }
     os.umask(0o077)
     records = read_records(out)

@@ -105,3 +105,27 @@ def test_its_scores_are_ours(tmp_path, monkeypatch):
         for row in csv.DictReader(file):
             ours = {one.id: float(row[one.id]) for one in ASSIGNMENT.questions}
             assert ours == pytest.approx(theirs[row["student"]])
+
+
+FILLED = """
+from nbgrader.api import Gradebook
+with Gradebook("sqlite:///grades/nbgrader.db") as gradebook:
+    for one in gradebook.assignment_submissions("lab1"):
+        print(one.student.id, one.score, one.max_score, one.needs_manual_grade)
+"""
+
+
+def test_its_gradebook_takes_our_points(tmp_path, monkeypatch):
+    """Takes some fifteen seconds; buys that its formgrader shows them, without its grading."""
+    made = tmp_path / "source/lab1/assignment.ipynb"
+    handed_in = [tmp_path / f"submitted/{student}/lab1/a.py" for student in ("ada", "emmy")]
+    for path in (made, *handed_in):
+        path.parent.mkdir(parents=True)
+        path.write_text(MISTAKEN, encoding="utf-8")
+    made.write_text(notebook_text(solutions=True), encoding="utf-8")
+    run(tmp_path, "-m", "nbgrader", "generate_assignment", "lab1", "--create", "--force")
+    monkeypatch.chdir(tmp_path)
+
+    assert main(["grade", "submitted", "--nbgrader", "gradebook.db", "lab1", *WHERE]) == 0
+
+    assert run(tmp_path, "-c", FILLED) == "ada 9.0 100.0 False\nemmy 9.0 100.0 False\n"

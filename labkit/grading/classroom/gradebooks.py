@@ -12,7 +12,7 @@ import html
 import math
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -141,20 +141,6 @@ def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
         name = row.get("Full name") or student
         people[student] = Person(row, name, number(maximum), late)
     return Gradebook(columns, "Grade", (), people)
-
-
-class Platform(NamedTuple):
-    """A platform whose gradebook can be filled in, by an option of its name."""
-
-    read: Callable[..., Gradebook]
-    arguments: tuple[str, ...]  # of the option; the first one is the gradebook's file
-    describes: str  # what that file is
-
-
-GRADEBOOKS = {
-    "canvas": Platform(read_canvas, ("FILE", "COLUMN"), "Canvas's gradebook"),
-    "moodle": Platform(read_moodle, ("FILE",), "Moodle's grading worksheet"),
-}
 
 
 def _days(status: str) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from labkit.grading.classroom.gradebooks import GRADEBOOKS, Gradebook, write_scores
+from labkit.grading.classroom.gradebooks import write_scores
 from labkit.grading.classroom.handins import Submission
 from labkit.grading.classroom.marks import (
     BY_HAND,
@@ -20,6 +20,7 @@ from labkit.grading.classroom.marks import (
     make_marks,
 )
 from labkit.grading.classroom.pages import student_page, write_pages, write_reading
+from labkit.grading.classroom.platforms import GRADEBOOKS, Book
 from labkit.grading.classroom.store import VERDICTS, Record, file_name
 from labkit.grading.judge.verdict import SubmissionVerdict
 from labkit.grading.questions import Assignment
@@ -32,7 +33,7 @@ FOLDERS = ("code", "students", VERDICTS)
 
 def written_files(out: Path) -> list[Path]:
     """The files in the folder of results that a run may write over."""
-    names = [*WRITTEN, *(f"{name}.csv" for name in GRADEBOOKS)]
+    names = [*WRITTEN, *(platform.returned for platform in GRADEBOOKS.values())]
     in_folders = [path for folder in FOLDERS for path in (out / folder).glob("*")]
     return [out / name for name in names] + in_folders
 
@@ -59,7 +60,7 @@ class Results:
     assignment: Assignment
     roster: Roster
     adjustments: Adjustments
-    books: Mapping[str, Gradebook]  # by the name of the file that is filled in
+    books: Mapping[str, Book]  # by the name of the file that is filled in
     submissions: Sequence[Submission]
     overwrite: bool = False  # of what stands in gradebooks
     is_class: bool = True  # and not one file, whose results stand beside those of a class
