@@ -34,8 +34,9 @@ AT_ONCE = 0.6  # of what the best match in the window lacks to a score of 1: a m
 TIE = 0.01  # scores that differ by less are equal, and the first one wins: clean
 MARGIN = 0.05  # of agreement, or score: matches that differ by less fit equally well; far from
 # the wheels none of them is believed: noise of 30 mm more
-MIN_AGREEMENT = 0.5  # a match that agrees less is doubtful; where the usual one does, the wheels
-# lead: 30 % ghosts, a third moving
+MIN_AGREEMENT = 0.45  # a match that scores less is doubtful, one that agrees less measures no
+# error of the wheels; where the usual one agrees less, these lead: clean, 30 % ghosts
+LEAD_AGREEMENT = 0.6  # the same where matches do not bear the wheels out: a third moving
 MAX_STD = 0.2  # [m] of wheels along a free direction: worse ones leave the step doubtful
 
 # Score of a place (score)
@@ -81,6 +82,5 @@ MIN_STEPS = (
 MIN_AGAINST_PRIOR = 3  # matches against the prior in a row: fewer get no remark
 MIN_RATIO = 0.5  # of a match's motion over the wheels', and its inverse; 0.96 to 1 on right logs
 MAX_SHARE_AT_LIMIT = 0.05  # of the beams, on average, that end at the largest range
-SAME_RANGE = 1e-6  # [m]: two ranges that differ by less are one
 KEPT_STEPS = 4000  # of which a run keeps what its remarks need, and the matches themselves
 RETRY_SHARE = 0.5  # of the gate and of each ICP step, in the lesson's second attempt

@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
-from labkit.odometry.base import Odometry
-from labkit.odometry.constants import AT_ONCE, MARGIN, MIN_AGREEMENT, MIN_SCORE, TIE
+from labkit.odometry.base import NO_POINTS, Odometry
+from labkit.odometry.constants import AT_ONCE, MARGIN, MIN_SCORE, TIE
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.match import Match, match, stay
@@ -42,7 +42,6 @@ from labkit.se2 import from_xytheta, invert, relative, to_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
-NOTHING = Scan.from_points(np.empty((0, 2)))
 FROZEN = "the scan repeats the one before while the wheels moved: does the scanner hang?"
 
 
@@ -106,7 +105,7 @@ class MapOdometry(Odometry[MapState]):
         scales = state.history.scales(scan, prior, self.parameters.limits)
         wheels = believable_wheels(prior, scales, scan, state.last_scan)
         frozen = is_frozen(scan, state.last_scan, wheels)
-        seen = NOTHING if frozen else scan
+        seen = NO_POINTS if frozen else scan
         record = replace(
             self.step(state, seen, wheels, scales),
             prior=None if wheels is None else prior,
@@ -131,7 +130,7 @@ class MapOdometry(Odometry[MapState]):
             return self.refuse(record, prior, history, scales)
         motions = np.array([history.last_motion, *history.motions])
         expected = expect(T_map_last, prior, motions, scales, state.T_last_refused)
-        leads = prior is not None and scales.agreement < MIN_AGREEMENT
+        leads = prior is not None and scales.wheels_lead
         matches: list[Match] = []
         reach = scales.steps * np.array(self.parameters.limits.window)
         for candidates in propose(scan, target, expected, reach):
@@ -279,7 +278,7 @@ def why_refused(record: StepRecord) -> str:
         return record.termination.value
     if record.led:
         return (
-            f"following the wheels: the last scans agreed with the map by less than "
-            f"{MIN_AGREEMENT} on average, and this one by {record.agreement:.2f}"
+            f"following the wheels: the last scans usually agreed too little with the map, and "
+            f"this one by {record.agreement:.2f}"
         )
     return f"the best match scores only {record.score:.2f}"

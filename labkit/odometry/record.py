@@ -14,7 +14,15 @@ from labkit.correspondences import MIN_PAIRS, Correspondences, pairs_at
 from labkit.covariance import fuse
 from labkit.degeneracy import observability
 from labkit.line_alignment import Information
-from labkit.odometry.constants import MARGIN, MAX_STD, MIN_AGREEMENT, MIN_SCORE, RANGE_STD
+from labkit.odometry.constants import (
+    LEAD_AGREEMENT,
+    LEAST_WHEEL_ERROR,
+    MARGIN,
+    MAX_STD,
+    MIN_AGREEMENT,
+    MIN_SCORE,
+    RANGE_STD,
+)
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
@@ -62,6 +70,15 @@ class Scales(NamedTuple):
     steps: float  # usual steps since the last scan or, without wheels, since the last match
     max_shift: float  # the farthest that the step can lead [m]
     max_turn: float  # the same [rad]
+
+    @property
+    def wheels_lead(self) -> bool:
+        """True if scans usually fit too little to be believed beside wheels.
+
+        They may fit less where matches bear the wheels out, as those of a sparse scanner do.
+        """
+        is_borne_out = self.wheel_shift <= LEAST_WHEEL_ERROR[0]
+        return self.agreement < (MIN_AGREEMENT if is_borne_out else LEAD_AGREEMENT)
 
     def allow(self, motion: FloatArray) -> bool:
         """True if a motion is one that the robot can do; NaN is none."""
@@ -194,14 +211,16 @@ class StepRecord:
     def is_doubtful(self) -> bool:
         """True if the step may be wrong.
 
-        It was not matched, or its match is ambiguous, agrees too little, lies against the prior or
-        far from it, or leaves a direction free that no prior told, or only a poor one.
+        It was not matched, or its match is ambiguous, scores too little, lies against the prior or
+        far from it, was searched for though a prior told where to begin, or leaves a direction free
+        that no prior told, or only a poor one.
         """
         if self.decision is Decision.START:
             return False
         is_unmeasured = self.degenerate and self.evidence.std[0] > MAX_STD
-        is_weak = self.agreement < MIN_AGREEMENT or self.ambiguous
-        is_far = self.against_prior or self.unexpected
+        is_weak = self.score < MIN_AGREEMENT or self.ambiguous
+        is_searched = self.decision is Decision.SEARCH and self.prior is not None
+        is_far = self.against_prior or self.unexpected or is_searched
         return not self.decision.matched or is_weak or is_far or is_unmeasured
 
     @cached_property

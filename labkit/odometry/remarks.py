@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
+from statistics import median_low
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,6 @@ from labkit.odometry.constants import (
     MIN_RATIO,
     MIN_STEPS,
     REST,
-    SAME_RANGE,
 )
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.wheels import is_at_rest, scale_of
@@ -168,9 +168,8 @@ def range_remarks(largest: Sequence[tuple[float, float]]) -> Iterator[str]:
     ranges, shares = np.reshape(largest, (-1, 2)).T
     if len(ranges) < MIN_STEPS or not np.isfinite(ranges).any():
         return
-    common = float(np.nanmedian(ranges))
-    is_common = np.abs(ranges - common) < SAME_RANGE
-    share = float(np.where(is_common, shares, 0.0).mean())
+    common = median_low(ranges[np.isfinite(ranges)].tolist())
+    share = float(np.where(ranges == common, shares, 0.0).mean())
     if share > MAX_SHARE_AT_LIMIT:
         yield (
             f"{100 * share:.0f} % of the beams end at {common:g} m, the largest range: does the "
@@ -185,7 +184,7 @@ def largest_range(scan: Any) -> tuple[float, float]:
         return math.nan, math.nan
     ranges = scan.ranges[scan.beams]
     largest = float(ranges.max())
-    return largest, float(np.mean(ranges > largest - SAME_RANGE))
+    return largest, float(np.mean(ranges == largest))
 
 
 class Stretch(NamedTuple):

@@ -20,11 +20,11 @@ from labkit.odometry import (
     increments_between,
     integrate,
 )
-from labkit.odometry.constants import HISTORY, RANGE_STD
+from labkit.odometry.constants import HISTORY, MIN_AGREEMENT, RANGE_STD
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.map_odometry import MapState
 from labkit.odometry.match import Match
-from labkit.odometry.record import Evidence
+from labkit.odometry.record import Evidence, StepRecord
 from labkit.odometry.scales import History, growth_of
 from labkit.odometry.score import Score
 from labkit.parameters import ACCURATE
@@ -254,6 +254,23 @@ def test_wheels_that_stand_while_the_scan_moves_are_none():
     assert moved.prior is None
     np.testing.assert_allclose(moved.increment, degrees([0.4, 0.1, 10.0]), atol=0.01)
     np.testing.assert_array_equal(rests.prior, STILL)
+
+
+@pytest.mark.parametrize(
+    ("decision", "prior", "score", "is_doubtful"),
+    [
+        (Decision.ICP, MOTION, 0.8, False),
+        (Decision.ICP, MOTION, 0.9 * MIN_AGREEMENT, True),
+        (Decision.SEARCH, MOTION, 0.8, True),
+        (Decision.SEARCH, None, 0.8, False),
+    ],
+)
+def test_a_step_is_doubtful_that_scores_little_or_was_searched_for_beside_wheels(
+    decision, prior, score, is_doubtful
+):
+    record = StepRecord(increment=MOTION, decision=decision, prior=prior, score=score)
+
+    assert record.is_doubtful == is_doubtful
 
 
 def test_along_a_corridor_the_robot_goes_on_as_before_and_the_step_is_doubtful():

@@ -160,6 +160,19 @@ def test_nothing_is_searched_for_unless_it_is_asked_for(monkeypatch):
         next(rounds)
 
 
+@pytest.mark.parametrize(
+    ("agreement", "error", "leads"),
+    [(0.5, 1.0, False), (0.5, 2.0, True), (0.7, 2.0, False), (0.4, 1.0, True)],
+)
+def test_wheels_that_matches_bear_out_lead_only_where_scans_fit_less(agreement, error, leads):
+    """A sparse scanner fits little, and well."""
+    shift, turn = LEAST_WHEEL_ERROR
+
+    scales = SCALES._replace(wheel_shift=error * shift, wheel_turn=turn, agreement=agreement)
+
+    assert scales.wheels_lead == leads
+
+
 def test_where_a_refused_match_ended_is_tried_in_the_first_round_too():
     """A corridor fits as well after wheels that slipped: a match there looks sure."""
     newer, target = two_scans()
