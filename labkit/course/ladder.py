@@ -32,7 +32,7 @@ class Stretch(NamedTuple):
 
 
 class Rung(NamedTuple):
-    """How good one rung of one student was: drift over 10 m and error of the end [m]."""
+    """Drift over 10 m and error of the end [m] on one rung of one student."""
 
     student: str
     log: str

@@ -79,9 +79,10 @@ def match_loop(log: Log, i: int, j: int, guess: FloatArray) -> tuple[FloatArray,
     """Motion (x, y, θ) of scan j as seen from scan i, and whether it passes the checks."""
     match = icp(log.scans[j], log.scans[i], guess, OdometryParameters().icp)
     x, y, turn = to_xytheta(invert(guess) @ match.T_target_source)
-    near = np.hypot(x, y) < 0.5 and abs(turn) < np.radians(20)
-    passed = match.converged and match.fitness > 0.33 and near
-    return to_xytheta(match.T_target_source), bool(passed)
+    distance = np.hypot(x, y)
+    is_near_guess = distance < 0.5 and abs(turn) < np.radians(20)
+    is_sane = match.converged and match.fitness > 0.33 and is_near_guess
+    return to_xytheta(match.T_target_source), bool(is_sane)
 
 
 def match_loops(log: Log) -> tuple[np.ndarray, FloatArray]:
@@ -101,7 +102,7 @@ def close_map() -> ClosedMap:
     loop_ends, loop_motions = match_loops(log)
     numbers = np.arange(len(run.poses))
     chain = np.column_stack([numbers[:-1], numbers[1:]])
-    ends = np.concatenate([chain, loop_ends])
+    edges = np.concatenate([chain, loop_ends])
     measured = np.concatenate([increments_between(run.poses), loop_motions])
-    closed = solve_graph(run.poses, ends, measured, EDGE_STD)
+    closed = solve_graph(run.poses, edges, measured, EDGE_STD)
     return ClosedMap(log=log, prior=prior, run=run, closed=closed)

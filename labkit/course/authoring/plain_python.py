@@ -10,7 +10,11 @@ def rotation(theta):
 
 def compose(T_a_b, T_b_c):
     rows = range(3)
-    return [[sum(T_a_b[i][k] * T_b_c[k][j] for k in rows) for j in rows] for i in rows]
+    T_a_c = [[0.0] * 3 for _ in rows]
+    for i in rows:
+        for j in rows:
+            T_a_c[i][j] = sum(T_a_b[i][k] * T_b_c[k][j] for k in rows)
+    return T_a_c
 
 
 def invert(T_a_b):
@@ -52,20 +56,22 @@ def align_weighted(source, target, weights):
 def nearest_neighbors(source, target):
     indices, distances = [], []
     for p in source:
-        best, least = 0, math.inf
+        nearest, smallest = 0, math.inf
         for j, q in enumerate(target):
             distance = math.hypot(p[0] - q[0], p[1] - q[1])
-            if distance < least:
-                best, least = j, distance
-        indices.append(best)
-        distances.append(least)
+            if distance < smallest:
+                nearest, smallest = j, distance
+        indices.append(nearest)
+        distances.append(smallest)
     return indices, distances
 
 
 def overlap(distances, overlap_ratio):
+    pairs = range(len(distances))
     count = max(3, math.floor(overlap_ratio * len(distances)))
-    closest = sorted(range(len(distances)), key=lambda i: distances[i])[:count]
-    return [i in closest for i in range(len(distances))]
+    by_distance = sorted(pairs, key=lambda i: distances[i])
+    closest = by_distance[:count]
+    return [i in closest for i in pairs]
 
 
 def huber_weights(residuals, delta):
@@ -103,10 +109,6 @@ def integrate(increments, start):
     for dx, dy, dpsi in increments:
         x += math.cos(psi) * dx - math.sin(psi) * dy
         y += math.sin(psi) * dx + math.cos(psi) * dy
-        psi += dpsi
-        while psi > math.pi:
-            psi -= 2 * math.pi
-        while psi <= -math.pi:
-            psi += 2 * math.pi
+        psi = wrap(psi + dpsi)
         poses.append((x, y, psi))
     return poses

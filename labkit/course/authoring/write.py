@@ -115,7 +115,7 @@ def plain_answers_file(questions: Sequence[question], visible: Mapping[str, Sequ
             for stage in stages_of(entry.asked_for, case.arguments):
                 values = answers(entry.apply_edits({}), stage.arguments)
                 if values:
-                    stages[stage.words] = list(map(to_json, rounded(values)))
+                    stages[stage.phrase] = list(map(to_json, rounded(values)))
             cases[case.id] = stages
         rows[entry.right.__name__] = cases
     content_text = json.dumps(rows, ensure_ascii=False, allow_nan=False)

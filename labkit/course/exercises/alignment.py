@@ -22,8 +22,10 @@ def _svd(signs):
     """Alignment by the SVD with these in its middle, made of the sign of the determinant."""
 
     def align_in_space(p, q):
-        U, _, Vt = np.linalg.svd((p - p.mean(0)).T @ (q - q.mean(0)))
-        R = Vt.T @ np.diag(signs(np.sign(np.linalg.det(Vt.T @ U.T)))) @ U.T
+        H = (p - p.mean(0)).T @ (q - q.mean(0))
+        U, _, Vt = np.linalg.svd(H)
+        chi = np.sign(np.linalg.det(Vt.T @ U.T))
+        R = Vt.T @ np.diag(signs(chi)) @ U.T
         return R, q.mean(0) - R @ p.mean(0)
 
     return align_in_space
@@ -43,7 +45,8 @@ def _svd(signs):
 })
 def align_in_space(p, q):
     """The rotation from scipy, by another way than the solution."""
-    R = Rotation.align_vectors(q - q.mean(0), p - p.mean(0))[0].as_matrix()
+    best_rotation, _ = Rotation.align_vectors(q - q.mean(0), p - p.mean(0))
+    R = best_rotation.as_matrix()
     return R, q.mean(0) - R @ p.mean(0)
 
 
@@ -61,7 +64,8 @@ def _copies():
 
 
 @exercise("Leave the scale free", _copies, {
-    "The points are not centred; take the centroids off first.": {" - each.mean(0)": ""},
+    "The points are not centred; take the centroids off first.":
+        {" - p.mean(0)": "", " - q.mean(0)": ""},
     "This is the ratio of the spreads. It does not minimise the cost: noise in q enlarges it.":
         {"abs(np.vdot(x, y)) / spread(x)": "(spread(y) / spread(x)) ** 0.5"},
     "This is the scale from target to source, turned over: divide the trace by Σ‖x‖².":
@@ -71,7 +75,8 @@ def _copies():
 })
 def best_scale(p, q):
     """In complex numbers a turn and a scale are one factor, and |x̄ᵀ y| is the trace of R H."""
-    x, y = ((each - each.mean(0)) @ (1.0, 1.0j) for each in (p, q))
+    x = (p - p.mean(0)) @ (1.0, 1.0j)
+    y = (q - q.mean(0)) @ (1.0, 1.0j)
     return abs(np.vdot(x, y)) / spread(x)
 
 

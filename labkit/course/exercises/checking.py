@@ -255,14 +255,14 @@ def _plainer(question: Question) -> Callable[[Case], dict[str, Case]]:
 
     def plainer(case: Case) -> dict[str, Case]:
         return {
-            stage.words: replace(
+            stage.phrase: replace(
                 case,
                 arguments=stage.arguments,
-                expected=answers[case.id][stage.words],
+                expected=answers[case.id][stage.phrase],
                 mistaken={},
             )
             for stage in stages_of(question, case.arguments)
-            if stage.words in answers[case.id]
+            if stage.phrase in answers[case.id]
         }
 
     return plainer

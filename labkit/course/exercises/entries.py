@@ -115,8 +115,8 @@ class exercise:
     @cached_property
     def asked(self) -> tuple[Question, list[Case]]:
         """The question and its cases, computed here."""
-        given = self.visible() if callable(self.visible) else self.visible
-        cases = [self._case(about, arguments) for about, arguments in given.items()]
+        calls = self.visible() if callable(self.visible) else self.visible
+        cases = [self._case(about, arguments) for about, arguments in calls.items()]
         return self.as_question(_kind(*cases[0].expected)), cases
 
     def plainer(self, case: Case) -> dict[str, Case]:
@@ -124,7 +124,7 @@ class exercise:
         cases = {}
         for stage in stages_of(self.asked[0], case.arguments):
             if answers([self.right], stage.arguments):
-                cases[stage.words] = self._case(case.id, stage.arguments)
+                cases[stage.phrase] = self._case(case.id, stage.arguments)
         return cases
 
     def _case(self, about: str, arguments: Arguments) -> Case:
@@ -154,19 +154,19 @@ def answers(ways: Sequence[Function], arguments: Arguments) -> tuple[Value, ...]
         return ()
 
 
-def source_of(right: Function) -> str:
+def source_of(function: Function) -> str:
     """The source of a function without its decorator."""
-    _, head, source = _source(right).partition(f"def {right.__name__}(")
+    _, head, source = _source(function).partition(f"def {function.__name__}(")
     return head + source
 
 
 _source = cache(inspect.getsource)
 
 
-def sources_of(right: Function) -> str:
+def sources_of(function: Function) -> str:
     """The source of a right function, behind those of all right ones that it calls."""
     functions = dict[str, Function]()
-    waiting = [right]
+    waiting = [function]
     while waiting:
         caller = waiting.pop()
         functions = {caller.__name__: caller, **functions}
@@ -176,24 +176,24 @@ def sources_of(right: Function) -> str:
 
 
 @cache
-def definitions_of(source: str, right: Function) -> dict[str, Any]:
+def definitions_of(source: str, function: Function) -> dict[str, Any]:
     """The names that a source defines, which sees the same ones as the right function."""
-    names = dict(right.__globals__)
+    names = dict(function.__globals__)
     exec(source, names)
     return names
 
 
 def _replace(source: str, edits: Edits) -> str:
-    for passage, wrong in edits.items():
-        source = source.replace(passage, wrong)
+    for passage, replacement in edits.items():
+        source = source.replace(passage, replacement)
     return source
 
 
-def _kind(right: Any) -> Answer:
+def _kind(expected: Any) -> Answer:
     """The kind of answer, by the form of the right one."""
-    if isinstance(right, tuple):
-        return Answer.TRANSFORM if np.ndim(right[0]) == 2 else Answer.NUMBERS
-    array = np.asarray(right)
+    if isinstance(expected, tuple):
+        return Answer.TRANSFORM if np.ndim(expected[0]) == 2 else Answer.NUMBERS
+    array = np.asarray(expected)
     if array.dtype == bool:
         return Answer.MASK if array.ndim else Answer.FLAG
     if array.shape == (3, 3):

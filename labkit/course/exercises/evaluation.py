@@ -22,7 +22,9 @@ from labkit.course.exercises import exercise
 })
 def looks_worse(bad, good):
     """Draw by draw."""
-    return np.mean((bad[:, None] > good) + 0.5 * (bad[:, None] == good))
+    is_larger = bad[:, None] > good
+    is_tied = bad[:, None] == good
+    return np.mean(is_larger + 0.5 * is_tied)
 
 
 def _turn_first(T, step):
@@ -71,7 +73,8 @@ def _drifting():
 def _displacements(path, n):
     """Displacements in the frame of each stretch's first pose."""
     x, y = (path[n:] - path[:-n])[:, :2].T
-    c, s = np.cos(path[:-n, 2]), np.sin(path[:-n, 2])
+    heading = path[:-n, 2]
+    c, s = np.cos(heading), np.sin(heading)
     return np.column_stack([c * x + s * y, c * y - s * x])
 
 
@@ -80,8 +83,8 @@ def _displacements(path, n):
     "that came before counts as well; see each from its own pose.":
         {"_displacements(path, apart)": "path[apart:] - path[:-apart]"},
     "Only the lengths are compared; a step to the wrong side is an error, too.":
-        {"np.hypot(*(estimated - wanted)[:, :2].T)":
-         "abs(np.hypot(*estimated.T) - np.hypot(*wanted.T))"},
+        {"np.hypot(*(estimated - true)[:, :2].T)":
+         "abs(np.hypot(*estimated.T) - np.hypot(*true.T))"},
     "This is the absolute error at the end of each stretch.":
         {"_displacements(path, apart)": "path[apart:]"},
     "The stretches follow one another; asked for is one from *each* pose.":
@@ -89,5 +92,5 @@ def _displacements(path, n):
 })
 def stretch_errors(estimate, reference, apart):
     """Both displacements seen from their own first pose."""
-    estimated, wanted = (_displacements(path, apart) for path in (estimate, reference))
-    return np.hypot(*(estimated - wanted)[:, :2].T)
+    estimated, true = (_displacements(path, apart) for path in (estimate, reference))
+    return np.hypot(*(estimated - true)[:, :2].T)

@@ -25,7 +25,9 @@ PI = math.pi
 }, tolerance=1e-9)
 def shared_view(turn, field):
     """In front and behind."""
-    return (max(0.0, field - abs(turn)) + max(0.0, field + abs(turn) - 2 * PI)) / field
+    in_front = max(0.0, field - abs(turn))
+    behind = max(0.0, field + abs(turn) - 2 * PI)
+    return (in_front + behind) / field
 
 
 @exercise("The step that doorways show", {
@@ -38,7 +40,8 @@ def shared_view(turn, field):
 })
 def apparent_step(step, period):
     """The nearest to zero of all candidates."""
-    return min((step - period * k for k in range(-9, 10)), key=abs)
+    candidates = [step - period * k for k in range(-9, 10)]
+    return min(candidates, key=abs)
 
 
 @exercise("The fastest that may be driven", {
@@ -50,7 +53,8 @@ def apparent_step(step, period):
 })
 def fastest_speed(period, rate):
     """Half a period in the time of one scan."""
-    return period / 2 / (1 / rate)
+    time = 1 / rate
+    return period / 2 / time
 
 
 CHEAPEST = "np.where(converged, costs, np.inf).argmin()"

@@ -22,8 +22,7 @@ def linearise(poses, ends, measured, sigma):
     errors = np.column_stack([x, y, turn]) - measured  # (10.1)
     errors[:, 2] = wrap(errors[:, 2])
     zero = np.zeros_like(c)
-    one = np.ones_like(c)
-    by_j = np.array([[c, s, zero], [-s, c, zero], [zero, zero, one]])
+    by_j = np.array([[c, s, zero], [-s, c, zero], [zero, zero, zero + 1.0]])
     by_i = -by_j
     by_i[:2, 2] = y, -x
     blocks = np.stack([by_i, by_j]).transpose(3, 0, 1, 2).reshape(-1, 3, 3) / sigma[:, None]

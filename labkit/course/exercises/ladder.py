@@ -14,12 +14,12 @@ LEFT = "The step is put on the right of `T`; it acts after `T`, so it belongs on
 def _with_moved_points(**options):
     """Two pairs of scans; of each option one value for the first pair and one for the second."""
     cases = {}
-    for turn, *given in zip((0.4, -1.3), *options.values(), strict=True):
+    for turn, *values in zip((0.4, -1.3), *options.values(), strict=True):
         T, older = transform(0.4, 0.2, turn), look(np.eye(3))
         newer = look(T, 181).copy()
         newer[::5] += (0.5, 0.4)  # what has moved between the scans
         guess = T @ transform(-0.1, 0.05, 0.04)
-        cases[f"a robot that turned by {turn:g} rad"] = (newer, older, guess, *given)
+        cases[f"a robot that turned by {turn:g} rad"] = (newer, older, guess, *values)
     return cases
 
 

@@ -15,7 +15,8 @@ def _pairs(seed):
 
 
 def _cross(a, n):
-    return a[:, 0] * n[:, 1] - a[:, 1] * n[:, 0]
+    (x, y), (u, v) = a.T, n.T
+    return x * v - y * u
 
 
 # fmt: off
@@ -29,7 +30,9 @@ def _cross(a, n):
 })
 def line_errors(p, q, n):
     """Coordinate by coordinate."""
-    return n[:, 0] * (p[:, 0] - q[:, 0]) + n[:, 1] * (p[:, 1] - q[:, 1])
+    x, y = (p - q).T
+    u, v = n.T
+    return u * x + v * y
 
 
 @exercise("How a turn changes the residual", {

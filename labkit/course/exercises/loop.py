@@ -28,7 +28,8 @@ R = np.array([0.9, 0.02, 0.3, 0.05, 2.0, 0.6, 0.15, 0.01, 0.4, 0.08, 0.7])
 def cost_of(distances, d_max, overlap_ratio, delta):
     """Trimmed, charged at most what stands on the gate, summed, divided by N."""
     kept = np.sort(distances)[:int(overlap_ratio * len(distances))]
-    return huber_loss(np.minimum(kept, d_max), delta).sum() / len(distances)
+    charged = np.minimum(kept, d_max)
+    return huber_loss(charged, delta).sum() / len(distances)
 
 
 def _turns():

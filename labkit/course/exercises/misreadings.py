@@ -15,8 +15,8 @@ import numpy as np
 from labkit.se2 import invert
 
 Value = Any
-Misreading = tuple[str, tuple[Value, ...]]  # words, and the arguments that make up for it
-Change = tuple[str, Callable[[Any], Value]]  # words with the name, and what becomes of the value
+Misreading = tuple[str, tuple[Value, ...]]  # a phrase, and the arguments that make up for it
+Change = tuple[str, Callable[[Any], Value]]  # a phrase with the name, and what becomes of the value
 
 OF_COUNTS: list[Change] = [
     ("`{} + 1` for `{}`", lambda count: count + 1),
@@ -37,13 +37,13 @@ OF_ROWS: list[Change] = [
 
 
 def misreadings_of(names: Sequence[str], arguments: Sequence[Value]) -> Iterator[Misreading]:
-    """The calls that make up for a misreading, each with its words."""
+    """The calls that make up for a misreading, each with its phrase."""
     places = range(min(len(names), len(arguments)))
     for place in places:
-        for words, change in changes_of(arguments[place]):
+        for phrase, change in changes_of(arguments[place]):
             changed = list(arguments)
             changed[place] = change(arguments[place])
-            yield words.format(names[place], names[place]), tuple(changed)
+            yield phrase.format(names[place], names[place]), tuple(changed)
     for a, b in itertools.combinations(places, 2):
         if is_alike(arguments[a], arguments[b]):
             changed = list(arguments)

@@ -1,4 +1,4 @@
-"""Which part of a wrong answer is right: one of several results, a range, a row or a column."""
+"""The right part of a wrong answer: one of several results, a range, a row or a column."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LONG = 5  # entries of a vector from which on a range of them says something
 
 
 def right_part(question: Question, case: Case, outcome: Outcome) -> Iterator[str]:
-    """Which entries of a vector, a mask or of several results are right, and which are not."""
+    """Sentences that tell the wrong entries of a vector, mask, matrix or several results."""
     if outcome.status is not Status.RETURNED:
         return
     try:

@@ -27,7 +27,7 @@ P, Q, W = _pairs()
     "a light prior": (rotation(-2.0), P, Q, W, np.array([-3.0, 4.0]), 0.5),
 }, {
     "The pairs weigh 1 against the prior; together they weigh W = Σw.":
-        {"W * best": "best", "(W + w_prior)": "(1 + w_prior)"},
+        {"W * t_pairs": "t_pairs", "(W + w_prior)": "(1 + w_prior)"},
     "The centroids are those of pairs of equal weight; use the weighted ones.":
         {"w @ p / W": "p.mean(0)", "w @ q / W": "q.mean(0)"},
     "This is the mean of the two; each counts by its weight.":
@@ -36,8 +36,10 @@ P, Q, W = _pairs()
 def translation_with_prior(R, p, q, w, t_prior, w_prior):
     """The weighted mean of what the pairs say and of the prior."""
     W = w.sum()
-    best = w @ q / W - R @ (w @ p / W)
-    return (W * best + w_prior * t_prior) / (W + w_prior)
+    p_mean = w @ p / W
+    q_mean = w @ q / W
+    t_pairs = q_mean - R @ p_mean
+    return (W * t_pairs + w_prior * t_prior) / (W + w_prior)
 
 
 @exercise("A turn about a known point", {
@@ -54,7 +56,8 @@ def translation_with_prior(R, p, q, w, t_prior, w_prior):
 def turn_about_known(p, q, c):
     """The top of the cosine, seen from c."""
     x, y = p - c, q - c
-    a, b = (x * y).sum(), (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]).sum()
+    a = (x * y).sum()
+    b = np.linalg.det(np.stack([x, y], axis=1)).sum()
     return np.arctan2(b, a)
 
 
@@ -114,13 +117,14 @@ def along_the_avenue(source, target, x_true, offset):
     "The errors are counted as if each turned all of the path: s σ n^{3/2}, without the 3.":
         lambda n, s, sigma: s * sigma * n**1.5,
     "This is the sum of the standard deviations; independent errors add as squares.":
-        {"math.sqrt(sum(m**2 for m in range(n)))": "sum(range(n))"},
+        {"math.sqrt(sum(squares))": "sum(range(n))"},
     "This is the error of the heading's own sum; each error is counted once for each later step.":
         {"m**2": "1"},
 })
 def sideways_std(n, s, sigma):
     """Each error as often as there are steps after it."""
-    return s * sigma * math.sqrt(sum(m**2 for m in range(n)))
+    squares = [m**2 for m in range(n)]
+    return s * sigma * math.sqrt(sum(squares))
 
 
 @exercise("How narrow a wedge may be", {
@@ -135,7 +139,8 @@ def sideways_std(n, s, sigma):
 })
 def weakest_information(alpha):
     """From the matrix."""
-    n = np.array([[0.0, 1.0], [-math.sin(alpha), math.cos(alpha)]])
+    c, s = math.cos(alpha), math.sin(alpha)
+    n = np.array([[0.0, 1.0], [-s, c]])
     return np.linalg.eigvalsh(n.T @ n / 2)[0]
 
 
@@ -147,8 +152,8 @@ def weakest_information(alpha):
 })
 def expected_rmse(N, sigma):
     """Of 2N numbers three are fitted."""
-    left = 2 * N - 3
-    return sigma * math.sqrt(left / N)
+    free = 2 * N - 3
+    return sigma * math.sqrt(free / N)
 
 
 @exercise("The way back", {
@@ -174,8 +179,7 @@ def backward_alignment(a, b, p_mean, q_mean):
     "The turn is the arc; a point moves along the chord.":
         {"2.0 * reach * math.sin(angle / 2.0)": "reach * angle"},
     "Noise and spacing stand at right angles on a wall that faces the beam; elsewhere they add up.":
-        {"scans = 3.0 * math.sqrt(2.0) * sigma + spacing / 2.0":
-         "scans = math.hypot(3.0 * math.sqrt(2.0) * sigma, spacing / 2.0)"},
+        {"noise + spacing / 2.0": "math.hypot(noise, spacing / 2.0)"},
     "This adds the noise of the two scans; the variances of independent errors add: √2 σ.":
         {"math.sqrt(2.0)": "2.0"},
     "The spacing counts half: a point between two others is at most half of it away.":
@@ -183,5 +187,6 @@ def backward_alignment(a, b, p_mean, q_mean):
 })
 def first_gate(sigma, spacing, offset, angle, reach):
     """Sum of the error that the guess may have and of what the scans add."""
-    scans = 3.0 * math.sqrt(2.0) * sigma + spacing / 2.0
-    return offset + 2.0 * reach * math.sin(angle / 2.0) + scans
+    noise = 3.0 * math.sqrt(2.0) * sigma
+    chord = 2.0 * reach * math.sin(angle / 2.0)
+    return offset + chord + noise + spacing / 2.0

@@ -8,6 +8,7 @@ mistake.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -37,7 +38,7 @@ COUNTS = ("rounds", "max_iterations")
 LIMITS = ("gate", "max_distance", "d_max", "delta")
 RATIOS = ("overlap_ratio", "ratio")
 POINTS = ("p", "q", "source", "target")
-PlainForm = tuple[str, Callable[[Any], Value]]  # words, and what becomes of the value
+PlainForm = tuple[str, Callable[[Any], Value]]  # a phrase, and what becomes of the value
 PLAIN_FORMS: dict[tuple[str, ...], PlainForm] = {  # by the names of the lab's arguments
     COUNTS: ("`{}=1`", lambda count: 1),
     LIMITS: ("`{}=inf`", lambda limit: math.inf),
@@ -54,7 +55,7 @@ BY_NAME = {name: form for names, form in PLAIN_FORMS.items() for name in names}
 
 
 class Plain(Enum):
-    """Which arguments of a stage are plain."""
+    """The arguments of a stage that are plain."""
 
     ONE = "one"
     ALL = "all"
@@ -65,11 +66,11 @@ class Plain(Enum):
 
 @dataclass(frozen=True)
 class Stage:
-    """A plainer call: which arguments are plain, the name of the one, words, the arguments."""
+    """A plainer call: which arguments are plain, the name of the one, a phrase, the arguments."""
 
     plain: Plain
     name: str
-    words: str
+    phrase: str
     arguments: tuple[Value, ...]
 
 
@@ -77,28 +78,28 @@ def stages_of(question: Question, arguments: Sequence[Value]) -> list[Stage]:
     """The plainer calls: each argument that has a plain form alone, all of them, all but one."""
     names = names_of(question)
     is_matching = question.function.endswith("icp") or any(map(is_transform, arguments))
-    plain_values, words = dict[int, Value](), dict[int, str]()
+    plain_values, phrases = dict[int, Value](), dict[int, str]()
     for place, (name, value) in enumerate(zip(names, arguments, strict=False)):
         phrase, plain = plain_form(name, value)
         if phrase and not np.array_equal(plain, value) and not (is_matching and name in POINTS):
-            plain_values[place], words[place] = plain, phrase
+            plain_values[place], phrases[place] = plain, phrase
 
     def call(kind: Plain, name: str, about: str, changes: Mapping[int, Value]) -> Stage:
         values = [changes.get(place, value) for place, value in enumerate(arguments)]
         return Stage(kind, name, about, tuple(values))
 
-    stages = [call(Plain.ONE, names[k], words[k], {k: plain_values[k]}) for k in words]
-    if len(words) > 1:
-        stages.append(call(Plain.ALL, "", join_words(list(words.values())), plain_values))
-    if len(words) > 2:
-        for place in words:
+    stages = [call(Plain.ONE, names[k], phrases[k], {k: plain_values[k]}) for k in phrases]
+    if len(phrases) > 1:
+        stages.append(call(Plain.ALL, "", join_words(list(phrases.values())), plain_values))
+    if len(phrases) > 2:
+        for place in phrases:
             about = f"all plain but `{names[place]}`"
             changes = {k: value for k, value in plain_values.items() if k != place}
             stages.append(call(Plain.ALL_BUT_ONE, names[place], about, changes))
     for place, (name, value) in enumerate(zip(names, arguments, strict=False)):
         if isinstance(value, float) and name not in BY_NAME and value != 0.0:
             stages.append(call(Plain.ONE, name, f"`{name}=0`", {place: 0.0}))
-        if is_float(value) and place not in words and not (is_matching and name in POINTS):
+        if is_float(value) and place not in phrases and not (is_matching and name in POINTS):
             for word, factor in FACTORS.items():
                 about = f"{word} `{name}`"
                 stages.append(call(Plain.NONE, name, about, {place: factor * value}))
@@ -128,7 +129,9 @@ def replace_row(rows: np.ndarray, row: int) -> np.ndarray:
 
 def is_identity(matrix: Value) -> bool:
     """True for a square matrix that changes nothing."""
-    return np.ndim(matrix) == 2 and np.array_equal(matrix, np.eye(len(matrix)))
+    if np.ndim(matrix) != 2:
+        return False
+    return np.array_equal(matrix, np.eye(len(matrix)))
 
 
 def is_float(value: Value) -> bool:
@@ -138,10 +141,10 @@ def is_float(value: Value) -> bool:
 
 
 def plain_form(name: str, value: Value) -> tuple[str, Value]:
-    """The plainest form of an argument, with words for it; no words where there is none."""
+    """The plainest form of an argument, with a phrase for it; none where it has no such form."""
     if name in BY_NAME and isinstance(value, VALUES_OF.get(name, np.ndarray)):
-        words, plain = BY_NAME[name]
-        return words.format(name), plain(value)
+        phrase, plain = BY_NAME[name]
+        return phrase.format(name), plain(value)
     if isinstance(value, float | int):
         return f"`{name}` positive", abs(value)
     if not isinstance(value, np.ndarray):
@@ -151,6 +154,11 @@ def plain_form(name: str, value: Value) -> tuple[str, Value]:
     if value.shape == (2,):
         return f"`{name}` at the origin", np.zeros(2)
     return "", value
+
+
+def phrases_of_one(stages: Sequence[Stage]) -> set[str]:
+    """The phrases of the stages in which one argument is plain."""
+    return {stage.phrase for stage in stages if stage.plain is Plain.ONE}
 
 
 class Stages:
@@ -181,22 +189,23 @@ class Stages:
         self.asked = list(zip(cases, outcomes, strict=True))
         failed = [pair for pair in self.asked if not self._passes(*pair)]
         stages = [stages_of(question, case.arguments) for case, _ in failed]
-        words = [{s.words for s in of_case if s.plain is Plain.ONE} for of_case in stages]
-        alike = [pair for pair, own in zip(failed, words, strict=True) if own == words[0]]
+        phrases = [phrases_of_one(of_case) for of_case in stages]
+        alike = [pair for pair, own in zip(failed, phrases, strict=True) if own == phrases[0]]
         self.failed = [case for case, _ in alike[:ASKED_CASES]]
         self.given = [outcome for _, outcome in alike[:ASKED_CASES]]
         answered = [plainer(case) for case in self.failed]
+        self.stages = [
+            stage for stage in stages[0] if all(stage.phrase in cases for cases in answered)
+        ]
         self.cases = {
-            stage.words: [cases[stage.words] for cases in answered]
-            for stage in stages[0]
-            if all(stage.words in cases for cases in answered)
+            stage.phrase: [cases[stage.phrase] for cases in answered] for stage in self.stages
         }
-        self.outcomes = {words: list(map(run, cases)) for words, cases in self.cases.items()}
-        self.stages = [stage for stage in stages[0] if stage.words in self.cases]
-        self.no_cures = {name for name in words[0] if not all(name in own for own in words)}
+        self.outcomes = {phrase: list(map(run, cases)) for phrase, cases in self.cases.items()}
+        common = functools.reduce(set[str].intersection, phrases)
+        self.no_cures = phrases[0] - common  # plain in one of the cases, and wrong there
 
     def sentences(self) -> Iterator[str]:
-        """What the stages show, the most telling first."""
+        """Sentences on what the stages show, the most telling first."""
         misreading = self._find_misreading()
         if misreading:
             yield f"It is right if it gets {misreading}: so look at where it uses this."
@@ -207,7 +216,7 @@ class Stages:
             if more.name == less.name and all(map(self._changes_nothing, (more, less))):
                 unused.append(f"`{more.name}`")
         for stage in idle:
-            yield f"Your answer stays the same with {stage.words}, the right one does not."
+            yield f"Your answer stays the same with {stage.phrase}, the right one does not."
         if unused:
             is_one = len(unused) == 1
             place = "Is {} used where it has to act?" if is_one else "Are {} used where they act?"
@@ -216,12 +225,12 @@ class Stages:
             return  # the error's own message says more
         cures = [s for s in self._of(Plain.ONE) if self._is_right(s) and not self._is_trivial(s)]
         if cures:
-            words = join_words([stage.words for stage in cures], "or with")
+            phrases = join_words([stage.phrase for stage in cures], "or with")
             names = join_words(list(dict.fromkeys(f"`{stage.name}`" for stage in cures)))
-            yield f"With {words} it is right: so look at the use of {names}."
+            yield f"With {phrases} it is right: so look at the use of {names}."
         elif not unused:
             for stage in filter(self._changes_nothing, self._of(Plain.ROW)):
-                yield f"Your answer stays the same with {stage.words}, the right one does not."
+                yield f"Your answer stays the same with {stage.phrase}, the right one does not."
             yield from self._plainest()
         yield from right_part(self.question, self.failed[0], self.given[0])
 
@@ -231,8 +240,8 @@ class Stages:
         A stage at which the mistake has no answer, or one of nan, says nothing of it.
         """
         pairs = list(self.asked)
-        for words, plainer in self.cases.items():
-            for case, outcome in zip(plainer, self.outcomes[words], strict=True):
+        for phrase, plainer in self.cases.items():
+            for case, outcome in zip(plainer, self.outcomes[phrase], strict=True):
                 answers = [
                     numbers(self.question.answer, value) for value in case.mistaken.get(mistake, ())
                 ]
@@ -244,19 +253,20 @@ class Stages:
     def _find_misreading(self) -> str:
         """Words for the misreading that makes every answer right; empty for none, and for many."""
         names = names_of(self.question)
-        calls = [misreadings_of(names, case.arguments) for case, _ in self.asked]
-        by_case = [dict(of_case) for of_case in calls]
-        cases = [case for case, _ in self.asked]
-        found = [
-            words
-            for words in by_case[0]
-            if all(words in calls for calls in by_case)
-            and all(
-                self._passes(case, self.run(replace(case, arguments=calls[words])))
-                for case, calls in zip(cases, by_case, strict=True)
-            )
-        ]
-        return join_words(found, "or") if 0 < len(found) <= MOST_MISREADINGS else ""
+        calls = [(case, dict(misreadings_of(names, case.arguments))) for case, _ in self.asked]
+        _, of_first = calls[0]
+        fitting = [phrase for phrase in of_first if self._is_cured(calls, phrase)]
+        return join_words(fitting, "or") if 0 < len(fitting) <= MOST_MISREADINGS else ""
+
+    def _is_cured(self, calls: Sequence[tuple[Case, Mapping[str, Any]]], phrase: str) -> bool:
+        """True if all calls are right once this misreading is made up for."""
+        for case, misreadings in calls:
+            if phrase not in misreadings:
+                return False
+            outcome = self.run(replace(case, arguments=misreadings[phrase]))
+            if not self._passes(case, outcome):
+                return False
+        return True
 
     def _passes(self, case: Case, outcome: Outcome) -> bool:
         is_returned = outcome.status is Status.RETURNED
@@ -270,10 +280,10 @@ class Stages:
             if self._ends_as_given(stage):
                 continue
             if self._is_right(stage):
-                yield f"With {stage.words} together it is right{self._spoilers()}."
+                yield f"With {stage.phrase} together it is right{self._spoilers()}."
                 continue
-            cases, outcomes = self.cases[stage.words], self.outcomes[stage.words]
-            yield f"It is wrong in the plainest call as well, with {stage.words}."
+            cases, outcomes = self.cases[stage.phrase], self.outcomes[stage.phrase]
+            yield f"It is wrong in the plainest call as well, with {stage.phrase}."
             mistake = recognise(self.question, cases, outcomes)
             if mistake:
                 yield f"There your answers are those of this mistake: {mistake.says}"
@@ -291,17 +301,17 @@ class Stages:
         return f", and wrong as soon as {join_words(names, 'or')} is as given"
 
     def _is_right(self, stage: Stage) -> bool:
-        pairs = zip(self.cases[stage.words], self.outcomes[stage.words], strict=True)
-        return stage.words not in self.no_cures and all(self._passes(*pair) for pair in pairs)
+        pairs = zip(self.cases[stage.phrase], self.outcomes[stage.phrase], strict=True)
+        return stage.phrase not in self.no_cures and all(self._passes(*pair) for pair in pairs)
 
     def _is_trivial(self, stage: Stage) -> bool:
         """True if the right answers are zero or identities: wrong functions have them as well."""
-        answers = [read(self.question.answer, c.expected[0]) for c in self.cases[stage.words]]
+        answers = [read(self.question.answer, c.expected[0]) for c in self.cases[stage.phrase]]
         return not any(answer.any() for answer in answers) or all(map(is_identity, answers))
 
     def _ends_as_given(self, stage: Stage) -> bool:
         """True if the call has no answer, for the same reason as the one that was given."""
-        plain = self.outcomes[stage.words][0]
+        plain = self.outcomes[stage.phrase][0]
         outcome_given = self.given[0]
         return (
             outcome_given.status is not Status.RETURNED and plain.message == outcome_given.message
@@ -310,7 +320,7 @@ class Stages:
     def _changes_nothing(self, stage: Stage) -> bool:
         """True if all answers are as they were, where the right ones are others."""
         rows = zip(
-            self.failed, self.given, self.cases[stage.words], self.outcomes[stage.words],
+            self.failed, self.given, self.cases[stage.phrase], self.outcomes[stage.phrase],
             strict=True,
         )  # fmt: skip
         for case, outcome_given, plainer, outcome in rows:

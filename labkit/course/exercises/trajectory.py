@@ -23,7 +23,8 @@ from labkit.course.exercises import exercise
 })
 def lever_error(D, epsilon):
     """By the law of cosines."""
-    return math.sqrt(2.0 * D**2 * (1.0 - math.cos(epsilon)))
+    square = 2.0 * D**2 * (1.0 - math.cos(epsilon))
+    return math.sqrt(square)
 
 
 @exercise("The path as its first pose sees it", {

@@ -8,22 +8,13 @@ from labkit.correspondences import huber_weights
 from labkit.course.assignment import load_assignment, load_plain_answers
 from labkit.course.exercises import check, exercises
 from labkit.course.exercises.checking import judge_exercise
+from labkit.course.exercises.entries import source_of
 from labkit.course.exercises.misreadings import misreadings_of
 from labkit.course.exercises.parts import names_of
 from labkit.course.exercises.stages import Plain, plain_form, stages_of
 from tests.course.authoring.right_answers import solution
 
-LOOP = """
-def robust_icp(source, target, T_init, gate=0.3, delta=0.05, rounds=15):
-    T, older = T_init, Target(target)
-    for k in range(rounds):
-        p = apply(T, source)
-        index, d = older.search.query(p)
-        q, near = older.points[index], d <= gate
-        w = huber_weights(d[near], delta)
-        T = align(p[near], q[near], w) @ T
-    return T
-"""
+LOOP = source_of(exercises()["robust_icp"].right)
 LOSSY = ("**2", "root of", "x and y")  # signs, and the turn of a pose, are not undone
 NAMES = {"np": np, "Target": Target, "align": align, "apply": apply, "huber_weights": huber_weights}
 
@@ -46,9 +37,17 @@ def told(source, name):
         ("T_init, Target", "np.eye(3), Target", "stays the same with `T_init` the identity"),
         ("range(rounds)", "range(15)", "stays the same with `rounds=1`"),
         ("huber_weights(d[near], delta)", "None", "stays the same with `delta=inf`"),
-        ("huber_weights(d[near]", "huber_weights(d[near] ** 2", "With `delta=inf` it is right"),
+        (
+            "huber_weights(d[near]",
+            "huber_weights(d[near] ** 2",
+            "With `delta=inf` it is right",
+        ),
         ("@ T\n", "@ T\n        source = apply(T, source)\n", "With `rounds=1`"),
-        ("align(p[near], q[near], w)", "align(q[near], p[near], w)", "the answer is inverted"),
+        (
+            "align(p[near], q[near], w)",
+            "align(q[near], p[near], w)",
+            "the answer is inverted",
+        ),
         (
             "align(p[near], q[near], w)",
             "align(source[near], q[near], w)",
@@ -95,7 +94,7 @@ def test_the_right_answer_to_a_stage_is_not_the_answer_to_the_call(name):
 def test_the_plain_answers_of_the_assignment_are_those_of_its_stages(question):
     stored = load_plain_answers()[question.id]
     for case in load_assignment(hidden=False).cases(question.id):
-        words = [stage.words for stage in stages_of(question, case.arguments)]
+        words = [stage.phrase for stage in stages_of(question, case.arguments)]
         assert set(stored[case.id]) <= set(words)
 
 

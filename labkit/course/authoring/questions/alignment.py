@@ -71,7 +71,10 @@ def _turned(angle: float) -> FloatArray:
 
 def _by_least_squares(R: FloatArray, p: FloatArray, q: FloatArray) -> FloatArray:
     """By numpy over all coordinates at once."""
-    return np.linalg.lstsq(np.tile(np.eye(2), (len(p), 1)), (q - p @ R.T).ravel())[0]
+    coefficients = np.tile(np.eye(2), (len(p), 1))
+    differences = q - p @ R.T
+    t, *_ = np.linalg.lstsq(coefficients, differences.ravel())
+    return t
 
 
 # fmt: off

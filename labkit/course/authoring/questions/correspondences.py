@@ -47,11 +47,12 @@ def _kept(rng: Rng, count: int, share: float, distances: bool = True) -> Argumen
 def _nearest_each_once(p: FloatArray, q: FloatArray) -> Any:
     """The wrong search that takes a target point away from all later source points."""
     distances = np.linalg.norm(p[:, None] - q, axis=2)
-    found = []
+    indices, lengths = [], []
     for row in distances:
-        found.append((row.argmin(), row.min()))
-        distances[:, found[-1][0]] = np.inf
-    indices, lengths = zip(*found, strict=True)
+        nearest = row.argmin()
+        indices.append(nearest)
+        lengths.append(row.min())
+        distances[:, nearest] = np.inf
     return np.array(indices), np.array(lengths)
 
 

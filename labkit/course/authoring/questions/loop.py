@@ -69,11 +69,12 @@ def _ending(
 
     The tolerances are others in each case, and differ; the change of cost goes with its own.
     """
-    way = rng.number(-3.0, 3.0) if heading is None else heading
+    direction = rng.number(-3.0, 3.0) if heading is None else heading
     vary = rng.number(0.95, 1.05)
     eps_t, eps_psi = rng.permutation([0.25, 4.0]) * (EPS_T, EPS_PSI)
     scale = rng.choice([0.25, 4.0])
-    x, y = vary * step * eps_t * math.cos(way), vary * step * eps_t * math.sin(way)
+    shift = vary * step * eps_t
+    x, y = shift * math.cos(direction), shift * math.sin(direction)
     dT = labkit.transform(x, y, math.pi * half_turn + vary * turn * eps_psi)
     return dT, vary * cost * scale, iteration, eps_t, eps_psi, EPS_COST * scale, k_max
 
@@ -89,20 +90,22 @@ LOOP_AT_THE_GATE = about_the_gate([-0.1, 0.05], 2.0, 1.0, 0.02, LOOP_BUDGET, apa
 
 def _has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):  # type: ignore[no-untyped-def]
     shift, turn = step_length(np.eye(3), np.array(dT, dtype=float))
-    return (shift < eps_t and turn < eps_psi) or abs(cost_change) < eps_cost or iteration >= k_max
+    is_at_rest = shift < eps_t and turn < eps_psi
+    return is_at_rest or abs(cost_change) < eps_cost or iteration >= k_max
 
 
 def _by_labkit(p: Any, q: Any, T: Any, *limits: float) -> Any:
     """The loop, or its step, with ρ of all points, as labkit reads it."""
-    ends = {"translation_tolerance": EARLY, "rotation_tolerance": EARLY, "cost_tolerance": 0.0}
-    gate, ratio, delta, most = limits if len(limits) == 4 else (*limits, 1)
-    parameters = labkit.IcpParameters(gate, ratio, delta, int(most), **ends)
+    tests = {"translation_tolerance": EARLY, "rotation_tolerance": EARLY, "cost_tolerance": 0.0}
+    gate, ratio, delta, budget = limits if len(limits) == 4 else (*limits, 1)
+    parameters = labkit.IcpParameters(gate, ratio, delta, int(budget), **tests)
     return labkit.icp(p, q, T, parameters).T_target_source
 
 
 def _ending_early(*arguments: Any) -> Any:
     """The loop with ρ of the pairs that pass the gate, as many a student's may end."""
-    return ENTRIES["icp"].apply_edits({"1e-13": f"{EARLY}"})[1](*arguments)
+    _, of_passing_pairs = ENTRIES["icp"].apply_edits({"1e-13": f"{EARLY}"})
+    return of_passing_pairs(*arguments)
 
 
 # fmt: off

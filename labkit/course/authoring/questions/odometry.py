@@ -56,18 +56,19 @@ def _step(
     The limits are others in each case, and each quantity goes with its own.
     """
     vary = rng.number(0.9, 1.1)
-    way = rng.number(-0.6, 0.6) if heading is None else heading
+    direction = rng.number(-0.6, 0.6) if heading is None else heading
     scales = rng.choice([0.5, 1.125], 4)
-    far, wide, *fit = (float(one) for one in vary * scales * (length, turn, ratio, rmse))
-    increment = np.array([far * math.cos(way), far * math.sin(way), wide])
-    return increment, *fit, *(float(one) for one in scales * LIMITS)
+    shift, rotation, *fit = (vary * scales * (length, turn, ratio, rmse)).tolist()
+    increment = np.array([shift * math.cos(direction), shift * math.sin(direction), rotation])
+    limits = (scales * LIMITS).tolist()
+    return increment, *fit, *limits
 
 
 def _is_plausible(
-    increment: FloatArray, ratio: float, rmse: float, shift: float, turn: float, *least: float
+    increment: FloatArray, ratio: float, rmse: float, shift: float, turn: float, *fit: float
 ) -> bool:
     limits = SanityLimits(
-        max_translation=shift, max_rotation=turn, min_inlier_ratio=least[0], max_rmse=least[1]
+        max_translation=shift, max_rotation=turn, min_inlier_ratio=fit[0], max_rmse=fit[1]
     )
     failures = limit_failures(increment, limits.window) + fit_failures(ratio, rmse, limits)
     return not failures

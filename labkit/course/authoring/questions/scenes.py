@@ -24,15 +24,15 @@ def scans(
     budget. `turn` [rad] is the size of the true rotation, `error` [rad, and thrice it in m] that of
     the guess. Posts that moved a little between the scans keep Huber's weights at work.
     """
-    x, y, side, other = rng.choice([-1.0, 1.0], 4)
+    x, y, side, sign = rng.choice([-1.0, 1.0], 4)
     T = labkit.transform(0.4 * x, 0.4 * y, side * turn * rng.number(0.95, 1.03))
     posts = rng.points(count, 5.0)
     shifted = posts + rng.normal(0.0, 0.01, posts.shape)
-    some = rng.permutation(count)[: count // 4]
-    shifted[some] += rng.normal(0.0, 0.15, (len(some), 2)) + 0.1
+    moved = rng.permutation(count)[: count // 4]
+    shifted[moved] += rng.normal(0.0, 0.15, (len(moved), 2)) + 0.1
     source = np.vstack([_back(T, shifted), rng.points(count // 5, 6.0)])
     target = np.vstack([posts, rng.points(3, 6.0)])
-    away = other * error * rng.number(0.8, 1.2)
+    away = sign * error * rng.number(0.8, 1.2)
     guess = labkit.transform(3.0 * away, -2.0 * away, away) @ T
     return np.round(source, 3), np.round(target, 3), guess, *limits
 
@@ -51,11 +51,13 @@ def straight_ahead(rng: Rng) -> Arguments:
     """A scene with two equal sides and a guess that is off straight ahead: no step turns."""
     side = np.column_stack([rng.permutation(np.arange(-6.0, 6.0, 1.2)), rng.uniform(1.0, 4.0, 10)])
     moved = side + np.column_stack([rng.normal(0.0, 0.15, 10), np.zeros(10)])
-    posts, seen = (np.round(np.vstack([one, one * (1.0, -1.0)]), 3) for one in (side, moved))
+    mirror = np.array([1.0, -1.0])
+    posts = np.round(np.vstack([side, side * mirror]), 3)
+    newer_posts = np.round(np.vstack([moved, moved * mirror]), 3)
     ahead = labkit.transform(rng.number(0.2, 0.5), 0.0, 0.0)
     lonely = posts[[0, 10]] + [(0.0, 60.0), (0.0, -60.0)]  # beyond the gate, and heavy in an RMSE
     guess = labkit.transform(rng.number(0.7, 0.9), 0.0, 0.0) @ ahead
-    source = np.round(_back(ahead, np.vstack([seen, lonely])), 6)
+    source = np.round(_back(ahead, np.vstack([newer_posts, lonely])), 6)
     return source, posts, guess, 3.0, 1.0, 0.02, 2 * LOOP_BUDGET
 
 
@@ -73,19 +75,23 @@ def on_the_spot(rng: Rng) -> Arguments:
     It is drawn until twenty steps do not lead to the end.
     """
     while True:
-        angle, far = rng.permutation(np.arange(10) * 0.31), rng.uniform(2.0, 5.0, 10)
+        angle = rng.permutation(np.arange(10) * 0.31)
+        radius = rng.uniform(2.0, 5.0, 10)
         T = labkit.transform(0.0, 0.0, rng.number(0.3, 0.5))
         guess = labkit.transform(0.0, 0.0, rng.number(0.1, 0.15)) @ T
-        half, seen = (
-            np.column_stack([far * np.cos(one), far * np.sin(one)])
-            for one in (angle, angle + rng.normal(0.0, 0.15, 10))
-        )
-        source, posts = np.round(_back(T, seen), 6), np.round(half, 6)
+        angle_seen = angle + rng.normal(0.0, 0.15, 10)
+        posts = np.round(_on_circles(radius, angle), 6)
+        source = np.round(_back(T, _on_circles(radius, angle_seen)), 6)
         both = np.vstack([source, -source]), np.vstack([posts, -posts])
         arguments = (*both, guess, 3.0, 1.0, 0.05, 2 * LOOP_BUDGET)
         icp = ENTRIES["icp"].right
         if np.abs(icp(*arguments) - icp(*arguments[:-1], 20)).max() > 3e-4:
             return arguments
+
+
+def _on_circles(radius: FloatArray, angle: FloatArray) -> FloatArray:
+    """Points by their polar coordinates [m, rad]."""
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
 
 
 @recipe
