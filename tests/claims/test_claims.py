@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from labkit import icp, to_xytheta, transform
+from labkit import Target, apply, icp, to_xytheta, transform
+from labkit.logs import Log
 from labkit.odometry import increments_between
 from labkit.se2 import relative
 from labkit.simulation import Lidar, cast, room
-from tests.claims.samples import on_other_samples, run_cells
+from tests.claims.samples import killian, on_other_samples, run_cells
 
 SEEDS = (101, 202, 303, 404)
 PLACES = ("-1.5, 0.8, 1.3", "1.2, 1.0, -0.6", "-0.5, -1.2, 2.5", "2.0, -0.5, 0.0")
@@ -50,6 +51,32 @@ def test_four_neighbours_in_five_are_wrong_and_the_shift_comes_before_the_turn(s
 
     assert 0.45 < names["unaligned"] / len(names["newer"]) <= 1.0
     assert np.hypot(x, y) / 0.364 < abs(np.degrees(turn)) / 6
+
+
+def test_a_turn_alone_mostly_misses_the_true_one():
+    """Where the robot turned by 8° to 25° and drove a third of a metre; told in chapter 1."""
+    log = killian()
+    steps = increments_between(log.reference)
+    turns = np.degrees(steps[:, 2])
+    is_bend = (abs(turns) > 8) & (abs(turns) < 25) & (np.hypot(*steps[:, :2].T) > 0.35)
+    numbers = np.flatnonzero(is_bend)[::5]
+
+    shares = np.array([best_turn_alone(log, k) / turns[k] for k in numbers])
+
+    assert len(numbers) == 48
+    assert np.mean(abs(shares - 1.0) > 0.1) > 0.55
+    assert np.mean(shares < 1.0) > 0.67
+
+
+def best_turn_alone(log: Log, k: int) -> float:
+    """The turn [°] about the robot at which the median distance to the older scan is smallest."""
+    search = Target(log.scans[k]).search
+    turns = np.arange(-40.0, 40.1, 0.5)
+    moved = [
+        apply(transform(0.0, 0.0, np.radians(turn)), log.scans[k + 1].points) for turn in turns
+    ]
+    medians = [np.median(search.query(points)[1]) for points in moved]
+    return turns[np.argmin(medians)]
 
 
 # Chapter 2
@@ -191,6 +218,15 @@ def test_a_narrow_delta_changes_the_drift_little_and_where_a_stretch_ends_a_lot(
 RUNGS_3_4 = ("4 narrow", "3 Huber")
 
 
+@on_other_samples(edits("FIRST, COUNT = 0", *(f"FIRST, COUNT = {scan}" for scan in FIRSTS)))
+def test_without_a_gate_the_loop_drifts_more_than_the_wheels(sample):
+    names = run_cells("05", sample, "ladder-drive-2")
+    judge, truth = names["judge_rung"], names["drive"].truth
+    wheels, no_gate = (judge(names["rungs"][rung], truth) for rung in ("1 wheels", "no gate"))
+    assert no_gate[0] > 2.0 * wheels[0]
+    assert no_gate[1] > wheels[1]
+
+
 @on_other_samples([sample | OTHER_RUNGS for sample in LONG])
 def test_the_gate_lowers_the_drift_on_every_stretch_and_the_other_rungs_on_many(sample):
     """On most of the whole drive (counted in the chapter); on half in its poorest part."""
@@ -204,6 +240,7 @@ def test_the_gate_lowers_the_drift_on_every_stretch_and_the_other_rungs_on_many(
     assert (gate < 0.7 * wheels).all()
     assert np.mean(huber < gate) > 0.33
     assert np.mean(lines < huber) > 0.33
+    assert 0.6 < np.median(lines / huber) < 1.1
 
 
 @on_other_samples(edits("FIRST, COUNT = 0", *(f"FIRST, COUNT = {scan}" for scan in FIRSTS)))

@@ -29,7 +29,6 @@ Value = Any
 Run = Callable[[Case], Outcome]
 ASKED_CASES = 4  # of those that failed, at most: a stage has to cure all of them
 FACTORS = {"more": 1.25, "less": 0.5}  # for another value of an argument: does it count?
-MOST_MISREADINGS = 2  # more of them are chance, as in answers of few numbers
 FEW = 3  # rows, of which none can be missed
 CHANGED = 100.0  # tolerances by which the right answer moves before it has to be noticed
 GIVEN = "given"  # the mistake that stands for the answer to the call as it was
@@ -251,12 +250,12 @@ class Stages:
         return recognised is not None and recognised.id == mistake
 
     def _find_misreading(self) -> str:
-        """Words for the misreading that makes every answer right; empty for none, and for many."""
+        """Phrase for the misreadings that make every answer right; empty for none."""
         names = names_of(self.question)
         calls = [(case, dict(misreadings_of(names, case.arguments))) for case, _ in self.asked]
         _, of_first = calls[0]
         fitting = [phrase for phrase in of_first if self._is_cured(calls, phrase)]
-        return join_words(fitting, "or") if 0 < len(fitting) <= MOST_MISREADINGS else ""
+        return join_words(fitting, "or") if fitting else ""
 
     def _is_cured(self, calls: Sequence[tuple[Case, Mapping[str, Any]]], phrase: str) -> bool:
         """True if all calls are right once this misreading is made up for."""
