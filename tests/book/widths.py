@@ -25,7 +25,7 @@ from tests.tools.installed import program
 WIDTHS = (390, 768, 992, 1024, 1280, 1366, 1440)  # of a window [px]
 SHIFT_WIDTHS = (390, 1366)
 HEIGHTS = {390: 844}  # of a window [px]; 800 where none is named
-WAIT_MS = 60  # at each screen, for what is drawn when it comes near
+WAIT_MS = 60  # at each screen; for widgets that come near, as long as they are drawn
 WATCH_SHIFTS = """() => {
     window.shifts = [];
     new PerformanceObserver(list => {
@@ -37,7 +37,11 @@ WATCH_SHIFTS = """() => {
     }).observe({ type: "layout-shift", buffered: true });
 }"""
 SCROLL_ONCE = """async wait => {
-    const pause = () => new Promise(done => setTimeout(done, wait));
+    const isNear = widget => widget.getBoundingClientRect().top < 2 * innerHeight;
+    const pause = async () => {
+        do await new Promise(done => setTimeout(done, wait));
+        while ([...document.querySelectorAll(".widget-subarea:empty")].some(isNear));
+    };
     await pause();
     for (let top = 0; top < document.documentElement.scrollHeight; top += innerHeight / 2) {
         scrollTo({ top, behavior: "instant" });
