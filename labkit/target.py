@@ -12,7 +12,7 @@ from labkit.neighbors import NearestNeighbors
 from labkit.normals import fit_lines, line_width
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan, as_scan
-from labkit.support.arrays import FloatArray, as_normals, read_only
+from labkit.support.arrays import BoolArray, FloatArray, as_normals, read_only
 
 NO_NORMALS = read_only(np.empty((0, 2)))
 
@@ -88,6 +88,13 @@ class Target:
     def _lines(self) -> tuple[FloatArray, FloatArray]:
         normals, points = fit_lines(self.scan, self._measured.grid, *self._width)
         return read_only(normals), read_only(points)
+
+    def select(self, is_kept: BoolArray) -> Target:
+        """The target with some of its points, a mask (M,), which stay on their lines."""
+        part = Target(Scan.from_points(self.scan.points[is_kept]), self.normals[is_kept])
+        part._width = self._width
+        part._lines = part.normals, read_only(self.points[is_kept])
+        return part
 
     def normals_for(self, parameters: IcpParameters) -> FloatArray:
         """The normals that the loop needs: those of all points, or none under point-to-point."""

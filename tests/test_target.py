@@ -34,6 +34,21 @@ def test_a_target_keeps_its_points_when_the_callers_array_is_filled_anew(in_the_
     np.testing.assert_array_equal(target.normals, normals)
 
 
+def test_some_points_of_a_dense_target_stay_on_their_lines():
+    """Alone they might be sparse, or lie on other lines."""
+    wall = np.column_stack([np.linspace(-1.0, 1.0, 4_000), np.full(4_000, 2.0)])
+    noise = np.random.default_rng(0).normal(0.0, 0.01, wall.shape)
+    target = Target(wall + noise)
+    is_kept = np.arange(4_000) % 100 == 0
+
+    part = target.select(is_kept)
+
+    assert part.dense
+    assert part.line_width == target.line_width
+    np.testing.assert_array_equal(part.points, target.points[is_kept])
+    np.testing.assert_array_equal(part.normals, target.normals[is_kept])
+
+
 def test_given_normals_are_used_as_they_are():
     """A wall along x that is said to face along y with one point on no surface."""
     given = np.array([[0.0, -1.0], [math.nan, math.nan], [0.0, -1.0]])

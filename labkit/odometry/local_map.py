@@ -73,7 +73,7 @@ class LocalMap(NamedTuple):
         if self.target:
             T = invert(self.T_target_last)
             surplus = sum(sizes[:-KEY_SCANS])
-            points = np.vstack([apply(T, self.target.points[surplus:]), points])
+            points = np.vstack([apply(T, self.target.scan.points[surplus:]), points])
             normals = np.vstack([self.target.normals[surplus:] @ T[:2, :2].T, normals])
         target = Target(Scan.from_points(points), normals)
         return LocalMap(target, key, sizes=sizes[-KEY_SCANS:])

@@ -238,8 +238,8 @@ class StepRecord:
         if placement is None:
             return wide
         # A copy, so that pairs and search trees, ten times as large as the match, are not kept.
-        target = Target(placement.target.scan, placement.target.normals)
-        placement = replace(placement, target=target)
+        is_kept = np.ones(len(placement.target.points), np.bool_)
+        placement = replace(placement, target=placement.target.select(is_kept))
         J = np.eye(3)  # from the target's axes to those of scan k
         J[:2, :2] = self.evidence.T_target_last[:2, :2].T
         try:
@@ -294,11 +294,10 @@ def on_matched_points(match: IcpResult | Placement) -> Placement:
     """The scan where a match put it, on the matched points alone: a record outlives the map."""
     is_matched = np.zeros(len(match.target.points), np.bool_)
     is_matched[match.correspondences.target_index] = True
-    points = match.target.points[is_matched]
     coarse = isinstance(match, IcpResult) and match.coarse_poses == len(match.poses)
     return Placement(
         source=match.source,
-        target=Target(Scan.from_points(points), match.target.normals[is_matched]),
+        target=match.target.select(is_matched),
         parameters=match.parameters,
         T_target_source=match.T_target_source,
         coarse=coarse,
