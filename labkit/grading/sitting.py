@@ -169,6 +169,7 @@ class Sitting:
         outcomes += [untried] * (len(cases) - len(outcomes))
         if last.status in (Status.TOO_LONG, Status.KILLED):
             self.hung.add((name, state, frozenset(lent)))
+            self.readable.discard(name)  # nobody waits for its form
         return outcomes
 
     def _hangs(self, name: str, state: int, lent: Mapping[str, str]) -> bool:
