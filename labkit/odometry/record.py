@@ -240,10 +240,11 @@ class StepRecord:
         # A copy, so that pairs and search trees, ten times as large as the match, are not kept.
         is_kept = np.ones(len(placement.target.points), np.bool_)
         placement = replace(placement, target=placement.target.select(is_kept))
+        noise = float(np.fmax(RANGE_STD, self.rmse))  # of ranges, and of what the map lacks
         J = np.eye(3)  # from the target's axes to those of scan k
         J[:2, :2] = self.evidence.T_target_last[:2, :2].T
         try:
-            covariance = fuse(placement, RANGE_STD, STILL, wide)[1]
+            covariance = fuse(placement, noise, STILL, wide)[1]
         except DegenerateAlignmentError:
             return wide
         return np.asarray(J @ covariance @ J.T)

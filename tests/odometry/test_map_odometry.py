@@ -310,15 +310,20 @@ def test_along_a_corridor_poor_wheels_leave_the_step_doubtful():
     assert record.is_doubtful
 
 
-def test_the_covariance_is_that_of_the_match_and_wide_without_one():
-    older, newer = two_scans(room())
+@pytest.mark.parametrize("noise_std", [0.003, 0.05])
+def test_the_covariance_is_that_of_the_match_and_wide_without_one(noise_std):
+    """It counts the noise that the residuals show, and a centimetre at least."""
+    rng = np.random.default_rng(0)
+    lidar = Lidar(noise_std=noise_std)
+    older, newer = (cast(room(), from_xytheta(pose), lidar, rng=rng) for pose in (STILL, MOTION))
 
     matched = step(older, newer, PRIOR)
     unmatched = step(older, EMPTY, PRIOR)
 
     result = icp(newer, older, from_xytheta(PRIOR), ACCURATE)
     wide = np.diag(matched.evidence.std**2)
-    expected = fuse(result, RANGE_STD, STILL, wide)[1]
+    noise = max(RANGE_STD, matched.rmse)
+    expected = fuse(result, noise, STILL, wide)[1]
     np.testing.assert_allclose(matched.covariance, expected, rtol=1e-9)
     wheels_std = growth_of(PRIOR) * unmatched.scales.wheel_shift
     np.testing.assert_allclose(np.sqrt(unmatched.covariance[0, 0]), wheels_std)
