@@ -340,7 +340,11 @@ def _name_changed(
     function: Callable[..., Any], now: Sequence[Any], originals: Sequence[Any]
 ) -> str:
     """The arguments that a call wrote into."""
-    names = getattr(getattr(function, "__code__", None), "co_varnames", ())
-    pairs = enumerate(zip(now, originals, strict=True))
-    spoiled = (k for k, (a, b) in pairs if isinstance(a, np.ndarray) and a.tobytes() != b.tobytes())
-    return ", ".join(names[k] if k < len(names) else f"number {k + 1}" for k in spoiled)
+    code = getattr(function, "__code__", None)
+    names = list(getattr(code, "co_varnames", ()))
+    names += [f"number {k + 1}" for k in range(len(names), len(now))]
+    changed = []
+    for name, value, original in zip(names, now, originals, strict=False):
+        if isinstance(value, np.ndarray) and value.tobytes() != original.tobytes():
+            changed.append(name)
+    return ", ".join(changed)

@@ -26,11 +26,15 @@ def _with_moved_points(**options):
 def _beyond_the_end():
     """Two walls, and points beyond the end of one: far from it, but nearly on its line."""
     along = np.arange(0.0, 3.0, 0.05)
-    older = np.vstack([np.outer(along, (1, 0)), np.outer(along, (0, 1)) + np.array([4, 1])])
-    beyond = np.column_stack([np.linspace(-1.5, -0.5, 21), np.linspace(0.3, 0.1, 21)])
+    still = np.zeros_like(along)
+    wall = np.column_stack([along, still])
+    side_wall = np.column_stack([still + 4.0, along + 1.0])
+    older = np.vstack([wall, side_wall])
+    beyond = np.linspace((-1.5, 0.3), (-0.5, 0.1), 21)
     T = transform(0.1, 0.05, 0.03)
     newer = apply(invert(T), np.vstack([older, beyond]))
-    return newer, older, T @ transform(-0.05, 0.03, 0.02), 0.4, 0.02, 6
+    guess = T @ transform(-0.05, 0.03, 0.02)
+    return newer, older, guess, 0.4, 0.02, 6
 
 
 # fmt: off

@@ -77,10 +77,12 @@ def _wrong_where(question: Question, case: Case, is_wrong: np.ndarray) -> Iterat
 
 def names_of(question: Question) -> list[str]:
     """The names of a question's arguments."""
-    return [name.strip() for name in question.signature.strip("()").split(",")]
+    arguments = question.signature.strip("()")
+    return [name.strip() for name in arguments.split(",")]
 
 
-def join_words(words: Sequence[str], conjunction: str = "and") -> str:
+def join_words(items: Sequence[str], conjunction: str = "and") -> str:
     """`a`, `a and b`, `a, b and c`."""
-    head = ", ".join(words[:-1])
-    return f"{head} {conjunction} {words[-1]}" if head else words[-1]
+    *others, last_item = items
+    head = ", ".join(others)
+    return f"{head} {conjunction} {last_item}" if head else last_item

@@ -300,13 +300,17 @@ class Stages:
         return f", and wrong as soon as {join_words(names, 'or')} is as given"
 
     def _is_right(self, stage: Stage) -> bool:
+        if stage.phrase in self.no_cures:
+            return False
         pairs = zip(self.cases[stage.phrase], self.outcomes[stage.phrase], strict=True)
-        return stage.phrase not in self.no_cures and all(self._passes(*pair) for pair in pairs)
+        return all(self._passes(case, outcome) for case, outcome in pairs)
 
     def _is_trivial(self, stage: Stage) -> bool:
         """True if the right answers are zero or identities: wrong functions have them as well."""
-        answers = [read(self.question.answer, c.expected[0]) for c in self.cases[stage.phrase]]
-        return not any(answer.any() for answer in answers) or all(map(is_identity, answers))
+        cases = self.cases[stage.phrase]
+        answers = [read(self.question.answer, case.expected[0]) for case in cases]
+        is_zero = not any(answer.any() for answer in answers)
+        return is_zero or all(map(is_identity, answers))
 
     def _ends_as_given(self, stage: Stage) -> bool:
         """True if the call has no answer, for the same reason as the one that was given."""

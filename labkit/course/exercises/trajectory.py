@@ -47,7 +47,8 @@ def seen_from_first(poses):
     """Shifted, turned back, wrapped."""
     shifts = poses[:, :2] - poses[0, :2]
     turns = poses[:, 2] - poses[0, 2]
-    return np.column_stack([shifts @ se2.rotation(-poses[0, 2]).T, se2.wrap(turns)])
+    positions = shifts @ se2.rotation(-poses[0, 2]).T
+    return np.column_stack([positions, se2.wrap(turns)])
 
 
 @exercise("The error of an edge", {
@@ -70,5 +71,5 @@ def seen_from_first(poses):
 def edge_error(pose_i, pose_j, measured):
     """In the frame of pose i."""
     x, y, turn = pose_j - pose_i
-    shift = se2.rotation(-pose_i[2]) @ (x, y) - measured[:2]
-    return np.append(shift, se2.wrap(turn - measured[2]))
+    shift = se2.rotation(-pose_i[2]) @ (x, y)
+    return np.append(shift - measured[:2], se2.wrap(turn - measured[2]))

@@ -73,9 +73,8 @@ def _ending(
     vary = rng.number(0.95, 1.05)
     eps_t, eps_psi = rng.permutation([0.25, 4.0]) * (EPS_T, EPS_PSI)
     scale = rng.choice([0.25, 4.0])
-    shift = vary * step * eps_t
-    x, y = shift * math.cos(direction), shift * math.sin(direction)
-    dT = labkit.transform(x, y, math.pi * half_turn + vary * turn * eps_psi)
+    shift = vary * step * eps_t * np.array([math.cos(direction), math.sin(direction)])
+    dT = labkit.transform(*shift, math.pi * half_turn + vary * turn * eps_psi)
     return dT, vary * cost * scale, iteration, eps_t, eps_psi, EPS_COST * scale, k_max
 
 
@@ -90,8 +89,7 @@ LOOP_AT_THE_GATE = about_the_gate([-0.1, 0.05], 2.0, 1.0, 0.02, LOOP_BUDGET, apa
 
 def _has_converged(dT, cost_change, iteration, eps_t, eps_psi, eps_cost, k_max):  # type: ignore[no-untyped-def]
     shift, turn = step_length(np.eye(3), np.array(dT, dtype=float))
-    is_at_rest = shift < eps_t and turn < eps_psi
-    return is_at_rest or abs(cost_change) < eps_cost or iteration >= k_max
+    return (shift < eps_t and turn < eps_psi) or abs(cost_change) < eps_cost or iteration >= k_max
 
 
 def _by_labkit(p: Any, q: Any, T: Any, *limits: float) -> Any:
@@ -104,8 +102,7 @@ def _by_labkit(p: Any, q: Any, T: Any, *limits: float) -> Any:
 
 def _ending_early(*arguments: Any) -> Any:
     """The loop with ρ of the pairs that pass the gate, as many a student's may end."""
-    _, of_passing_pairs = ENTRIES["icp"].apply_edits({"1e-13": f"{EARLY}"})
-    return of_passing_pairs(*arguments)
+    return ENTRIES["icp"].apply_edits({"1e-13": f"{EARLY}"})[1](*arguments)
 
 
 # fmt: off
