@@ -88,6 +88,32 @@ def test_an_answer_in_another_form_has_the_same_numbers(form):
     assert np.ravel(answer).tolist() == [0.5, 1.5]
 
 
+def test_the_student_s_function_shows_its_form_once_on_a_copy(lent):
+    asked = []
+    given = np.ones(2)
+
+    def own(x):
+        asked.append(x)
+        x[:] = 0.0
+        return [0, 0]
+
+    slot = Slot("f", own, lent)
+    lent["f"] = RightFunction(right, asks_form=True)
+
+    assert slot(given) == slot(given) == [3.0, 3.0]
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize("ends", [ValueError, SystemExit])
+def test_who_shows_no_form_gets_the_answer_as_it_is(ends, lent):
+    def own(x):
+        raise ends
+
+    lent["f"] = RightFunction(right, asks_form=True)
+
+    assert Slot("f", own, lent)(5.0) == 15.0
+
+
 @pytest.mark.parametrize("form", ["text", object(), {"R": 1.0}, {1, 2}])
 def test_a_form_that_cannot_hold_the_answer_changes_nothing(form, slot, lent):
     lent["f"] = RightFunction(lambda _: np.ones(2))
