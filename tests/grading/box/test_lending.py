@@ -69,12 +69,15 @@ def test_a_right_function_has_the_student_s_defaults(slot, lent):
     assert slot(5.0) == slot(x=5.0) == 10.0
 
 
-@pytest.mark.parametrize("form", [np.zeros(2, int), np.zeros(2).view(Own), np.zeros(2)])
+@pytest.mark.parametrize(
+    "form",
+    [np.zeros(2, int), np.zeros(2).view(Own), np.zeros(2), np.zeros((2, 1)), np.zeros((1, 2))],
+)
 def test_an_answer_in_another_form_calculates_like_it(form):
     answer = in_form(np.array([True, False]), form)
 
     assert type(answer) is type(form)
-    assert answer.dtype == form.dtype
+    assert (answer.dtype, answer.shape) == (form.dtype, form.shape)
 
 
 @pytest.mark.parametrize(
