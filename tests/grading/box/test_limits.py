@@ -11,7 +11,7 @@ import pytest
 
 from labkit.grading.box import outside, watch
 from labkit.grading.box.inside import data
-from labkit.grading.box.inside.limits import MAX_LINE
+from labkit.grading.box.inside.limits import MAX_LINE, Time, waiting_time
 from labkit.grading.box.outside import Box, Wall, find_unused_user
 from labkit.grading.box.watch import BoxError, BoxTimeout, Usage, read_usage
 
@@ -204,3 +204,34 @@ def test_the_user_of_a_box_has_no_process(monkeypatch):
     monkeypatch.setattr(outside, "USERS", iter([os.getuid(), 70_001]))  # beyond all graders'
 
     assert find_unused_user() == 70_001
+
+
+@pytest.mark.parametrize("call", [0.1, 0.5, 3.0, 600.0])
+def test_all_time_follows_from_that_of_a_call(call):
+    """The box ends a call by itself before the grader does, and what defines nothing gets less."""
+    budget = Time(call)
+
+    assert call < waiting_time(call) < 2.0 * call + 1.0
+    assert budget.experiment() < call < min(budget.importing, budget.patient_call, budget.cells)
+    assert budget.cells < budget.left == 30.0 * Time(call, in_full=False).left
+
+
+def test_experiments_run_out_of_time_one_by_one():
+    budget = Time(1.0)
+    granted = []
+
+    while limit := budget.experiment():
+        granted.append(limit)
+        budget.experiments -= limit
+
+    assert granted == sorted(granted, reverse=True)
+    assert 2.0 < sum(granted) < 5.0
+
+
+def test_a_box_that_does_nothing_costs_its_start():
+    budget = Time(1.0)
+
+    for _ in range(200):
+        budget.charge_box(0.0)
+
+    assert budget.is_over
