@@ -18,7 +18,7 @@ HOSTILE = '=HYPERLINK("x") <script>alert(1)</script> ]]> é'
 def written(small, tmp_path):
     """A function that writes the page of two hand-ins, and returns its place."""
 
-    def write(adjustments=(), code="def double(x):\n    return x\n"):
+    def write(adjustments=(), code="def double(x):\n    return x\n", members=()):
         records = {
             student: Record(
                 verdict=submission(student, question("double", 2.0, 0.0, message="Not this.")),
@@ -29,7 +29,8 @@ def written(small, tmp_path):
             for student in ("ada", "emmy")
         }
         decided = dict(adjustments)
-        write_reading(tmp_path, records, decided, read_assignment(small), Roster({}))
+        roster = Roster(dict(members), dict.fromkeys(dict(members), "ada"))
+        write_reading(tmp_path, records, decided, read_assignment(small), roster)
         return tmp_path / "reading.html"
 
     return write
@@ -59,6 +60,12 @@ def test_what_is_decided_by_hand_is_shown_and_not_saved_again(written):
 
     assert source.count("decided in adjustments.csv") == 1
     assert "by hand" in source
+
+
+def test_a_group_s_hand_in_bears_the_names_of_its_members(written):
+    source = written(members={"1": "Ann", "2": "Bob"}).read_text(encoding="utf-8")
+
+    assert "<option>Ann, Bob (ada)</option><option>emmy</option>" in source
 
 
 def field(page, item, student="ada"):
