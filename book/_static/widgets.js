@@ -33,6 +33,9 @@
     if (!models.has(id)) models.set(id, modelOf(values));
     const { default: widget } = await moduleOf(values);
     await widget.render({ model: models.get(id), el: area });
+    const nextFrame = () => new Promise(requestAnimationFrame);
+    for (const ready of [nextFrame, nextFrame, nextFrame]) await ready(); // its canvases have sizes
+    area.classList.remove("widget-waiting"); // and with it the room that is kept for it
   };
 
   document.addEventListener("DOMContentLoaded", () => {
@@ -52,7 +55,8 @@
       const values = states[id]?.state;
       if (!values?._esm) continue;
       for (const name of ["_esm", "_css"]) values[name] = texts[values[name]] ?? values[name];
-      const area = Object.assign(document.createElement("div"), { className: "widget-subarea" });
+      const area = document.createElement("div");
+      area.className = "widget-subarea widget-waiting";
       view.replaceWith(area);
       waiting.set(area, () => draw(area, id, values));
     }
