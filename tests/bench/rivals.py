@@ -223,13 +223,13 @@ time is processor time of a step on a busy machine: compare it within a log only
 
 - **Karto**: the matcher of OpenKarto, from `karto-scanmatcher`, on which slam_toolbox is built,
   against the last 70 key scans within 20 m, as its mapper calls it. It searches 0.5 m and 35° wide:
-  within its own 0.3 m and 20° it loses csail.
+  within its own 0.3 m and 20° it loses csail. In cells of 2 cm, not 1 cm, and 0.8 m wide it errs by
+  0.20 m on csail and 0.95 m on aces.
 - **KISS-ICP**: its pipeline with voxels of 0.2 m, the best of four sizes on csail.
 - **small_gicp**: generalised ICP against the last 30 key scans, chosen by the lab's rule, with a
   gate of 0.5 m.
 
-None of them tells which of its steps may be wrong. `tests/bench/rivals.py` writes this page; its
-parameters stand there."""
+`tests/bench/rivals.py` writes this page; its parameters stand there."""
 
 
 def main() -> int:
