@@ -592,7 +592,8 @@ def row_of(name: str, runs: list[dict[str, Any]]) -> list[str]:
         sum(run[key] for run in runs) for key in ("wrong", "flagged_wrong", "flagged", "steps")
     )
     doubted = f"{100.0 * (flagged - told) / (steps - wrong):.1f} %"
-    nees = f"{np.median([run['nees'] for run in runs]):.0f}"
+    counted = [run["nees"] for run in runs if "nees" in run]
+    nees = f"{np.median(counted):.0f}" if counted else "–"
     return [name, *figures, alone, str(wrong), str(told), doubted, nees, str(len(runs))]
 
 
