@@ -33,9 +33,12 @@
     if (!models.has(id)) models.set(id, modelOf(values));
     const { default: widget } = await moduleOf(values);
     await widget.render({ model: models.get(id), el: area });
-    const nextFrame = () => new Promise(requestAnimationFrame);
-    for (const ready of [nextFrame, nextFrame, nextFrame]) await ready(); // its canvases have sizes
-    area.classList.remove("widget-waiting"); // and with it the room that is kept for it
+    giveRoomBack(area, 3);
+  };
+  // The room that is kept for a widget goes some frames later, when its canvases have their sizes.
+  const giveRoomBack = (area, frames) => {
+    if (frames === 0) area.classList.remove("widget-waiting");
+    else requestAnimationFrame(() => giveRoomBack(area, frames - 1));
   };
 
   document.addEventListener("DOMContentLoaded", () => {
