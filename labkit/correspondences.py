@@ -30,13 +30,13 @@ from labkit.neighbors import (
     ROUNDING_MARGIN,
     Grid,
     Search,
-    kth_smallest,
     nearest,
     start_search,
 )
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan
 from labkit.schedule import Stage, adapt_delta, stage_of
+from labkit.selection import kth_smallest
 from labkit.support.arrays import (
     BoolArray,
     FloatArray,

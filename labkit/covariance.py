@@ -11,16 +11,17 @@ normals and weights of the last association held fixed. Three things are added t
 - A free direction of the motion carries no information. The noisy normals show it 3° off at
   541 beams with 30 mm of noise. So the scan is moved along it to either side, and back onto the
   surfaces; the free direction is the line between the two places.
-- Where the residuals are larger than cov(z) explains, cov(z) grows with them.
 - Dense points lie on lines through all points within `Target.line_width`, so the noise of such a
   neighbourhood is shared by all pairs that end there.
+- Residuals show what cov(z) does not know: bent surfaces, rounded values, worse ranges. On one
+  stretch of a surface they err together. So what the residuals of each stretch pull, beyond what
+  cov(z) explains, is added.
 - The point-to-point metric pulls along the surfaces as well. These pulls do not hold the
-  scan, because the pairs change when it slides: each counts as noise, and so does their sum.
+  scan, because the pairs change when it slides: they count as pulls of their stretch.
+- Where the estimate is not the minimum, the step back to it is added.
 
-The formula knows one minimum, and cannot know whether it is the right one, nor whether the loop
-came to its end. Over rooms of 4 and 10 m, 3 to 30 mm of noise and 180 to 20,000 points, the mean
-NEES of three numbers, which should be 3, lies between 2 and 7 for lines; where neighbours are about
-as far apart as the noise is wide, up to 20 (`python tests/bench/density.py`).
+The formula knows one minimum, and cannot know whether it is the right one (`python
+tests/bench/density.py` compares it with the errors).
 
 References
 ----------
@@ -47,7 +48,7 @@ from labkit.line_alignment import (
     solve_constrained,
 )
 from labkit.neighbors import Grid, start_search
-from labkit.normals import estimate_normals
+from labkit.normals import MAX_NEIGHBOR_DISTANCE, estimate_normals
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan
 from labkit.schedule import stage_of
@@ -104,7 +105,8 @@ def censi_covariance(result: _Result, range_std: float) -> FloatArray:
     DegenerateAlignmentError
         Where the match failed, or no pair lies on a surface.
     """
-    covariance, _, free = _covariance_and_bases(result, range_std)
+    covariance_seen, seen, free = _covariance_and_bases(result, range_std)
+    covariance = seen @ covariance_seen @ seen.T
     for direction in free.T:
         signs = np.where(np.abs(direction) > ALONG_AN_AXIS, np.sign(direction), 0.0)
         products = np.outer(signs, signs)
@@ -114,9 +116,8 @@ def censi_covariance(result: _Result, range_std: float) -> FloatArray:
 
 def censi_information(result: _Result, range_std: float) -> FloatArray:
     """Information Ω, the inverse of `censi_covariance`: a free direction v has ``Ω @ v == 0``."""
-    covariance, seen, free = _covariance_and_bases(result, range_std)
+    covariance_seen, seen, free = _covariance_and_bases(result, range_std)
     to_seen = np.linalg.inv(np.column_stack([seen, free]))[: seen.shape[1]]  # coordinates in `seen`
-    covariance_seen = to_seen @ covariance @ to_seen.T
     return np.asarray(to_seen.T @ np.linalg.solve(covariance_seen, to_seen))
 
 
@@ -148,30 +149,34 @@ class _LinePairs(NamedTuple):
     normals: FloatArray  # n, at q, shape (N, 2)
     weights: FloatArray  # w, shape (N,)
     residuals: FloatArray  # r = n·(R p + t − q) [m], shape (N,)
-    slope: FloatArray  # ∂r/∂x, the rows (6.1) about the source's scanner with ℓ = 1 m, (N, 3)
+    slope: FloatArray  # ∂r/∂x in the S directions that are seen, shape (N, S)
+    seen_turn: FloatArray  # Δψ of those directions, shape (S,)
 
 
 def _covariance_and_bases(
     result: _Result, range_std: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Covariance (6.4) in the directions that the pairs see, and the bases of `_split_motions`."""
+    """Covariance (6.4) in the coordinates of the motions that the pairs see, and the two bases."""
     _check_result(result)
     range_std = check_range(range_std, "range_std", above=0.0, at_most=MAX_STD, unit="m")
     if np.isnan(result.T_target_source[0, 0]):
         raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
     seen, free = _split_motions(result)
-    pairs = _line_pairs(result)
-    A = _hessian(pairs)
-    noise = _gradient_noise(pairs, range_std, result.target)
+    pairs = _line_pairs(result, seen)
+    by_ranges = _range_pulls(pairs, range_std, result.target)
+    pulls = _line_pulls(pairs)
+    net_pull = pulls.sum(axis=0)
     if result.parameters.metric == "point_to_point":
-        pulls = _pulls_along_surfaces(pairs, result.T_target_source)
-        net_pull = pulls.sum(axis=0)
-        noise += pulls.T @ pulls + np.outer(net_pull, net_pull)
-    gain = seen @ np.linalg.inv(seen.T @ A @ seen) @ seen.T  # A⁻¹ in the seen directions
+        pulls = pulls + _pulls_along_surfaces(pairs, result.T_target_source, seen)
+    stretch, _ = _share_cells(pairs.target, MAX_NEIGHBOR_DISTANCE)
+    by_stretch = _sum_by(stretch, pulls)
+    noise = by_ranges.T @ by_ranges
+    noise += _positive_part(by_stretch.T @ by_stretch - noise) + np.outer(net_pull, net_pull)
+    gain = np.linalg.inv(_hessian(pairs))
     return gain @ noise @ gain.T, seen, free
 
 
-def _line_pairs(result: _Result) -> _LinePairs:
+def _line_pairs(result: _Result, seen: FloatArray) -> _LinePairs:
     pairs = result.correspondences
     normals = result.target.normals[pairs.target_index]
     used = pairs.kept & np.isfinite(normals[:, 0])
@@ -187,7 +192,8 @@ def _line_pairs(result: _Result) -> _LinePairs:
         normals=n,
         weights=pairs.weights[used],
         residuals=line_residuals(p, q, n),
-        slope=line_rows(p, n, scanner, 1.0),
+        slope=line_rows(p, n, scanner, 1.0) @ seen,
+        seen_turn=seen[2],
     )
 
 
@@ -197,15 +203,16 @@ def _position(T: FloatArray) -> tuple[float, float]:
 
 
 def _hessian(pairs: _LinePairs) -> FloatArray:
-    """A = ∂²J/∂x², shape (3, 3)."""
+    """A = ∂²J/∂x² in the seen directions, shape (S, S)."""
     w, r = pairs.weights, pairs.residuals
-    A, _ = normal_equations(pairs.slope, pairs.slope, r, w)
-    A[2, 2] -= np.sum(w * r * _dot(pairs.normals, pairs.arm))  # ∂²r/∂ψ² = −n·R p
-    return 2.0 * A
+    A = (pairs.slope * w[:, None]).T @ pairs.slope
+    # ∂²r/∂ψ² = −n·R p; its mean is left out, because Σ w r n = 0 at the minimum.
+    bend = np.sum(w * r * _dot(pairs.normals, pairs.arm - pairs.arm.mean(axis=0)))
+    return np.asarray(2.0 * (A - bend * np.outer(pairs.seen_turn, pairs.seen_turn)))
 
 
-def _gradient_noise(pairs: _LinePairs, range_std: float, target: Target) -> FloatArray:
-    """Covariance B cov(z) Bᵀ of the gradient ∂J/∂x by the noise of all ranges, shape (3, 3)."""
+def _range_pulls(pairs: _LinePairs, range_std: float, target: Target) -> FloatArray:
+    """Rows whose squares sum up to B cov(z) Bᵀ: the gradient ∂J/∂x by each range, times its std."""
     w, n, r = pairs.weights, pairs.normals, pairs.residuals
     source_ray = pairs.arm / _ranges(pairs.arm)  # the beams, as unit vectors
     target_ray = pairs.target / _ranges(pairs.target)
@@ -213,17 +220,27 @@ def _gradient_noise(pairs: _LinePairs, range_std: float, target: Target) -> Floa
     r_by_target_range = -_dot(n, target_ray)
 
     B_source = pairs.slope * r_by_source_range[:, None]
-    B_source[:, 2] += r * _dot(n, _perpendicular(source_ray))
-    neighborhood, size = _neighborhoods(target)
-    B_target = np.zeros((len(size), 3))  # one range of the target may serve many pairs
+    B_source += np.outer(r * _dot(n, _perpendicular(source_ray)), pairs.seen_turn)
+    neighborhood, size = _neighborhoods(target)  # one range of the target may serve many pairs
     rows = w[:, None] * pairs.slope * r_by_target_range[:, None]
-    np.add.at(B_target, neighborhood[pairs.target_index], rows)
+    B_target = _sum_by(neighborhood[pairs.target_index], rows, len(size))
     B_target /= np.sqrt(size)[:, None]  # all ranges of a neighbourhood serve its pairs alike
-    B = 2.0 * np.vstack([w[:, None] * B_source, B_target])
+    return 2.0 * range_std * np.vstack([w[:, None] * B_source, B_target])
 
-    expected = range_std**2 * (w @ (r_by_source_range**2 + r_by_target_range**2))  # of Σ w r²
-    roughness = (w @ r**2) / expected if expected > 0.0 else math.inf
-    return range_std**2 * max(1.0, roughness) * B.T @ B
+
+def _line_pulls(pairs: _LinePairs) -> FloatArray:
+    """Gradients of w r² with respect to x, shape (N, S)."""
+    return 2.0 * (pairs.weights * pairs.residuals)[:, None] * pairs.slope
+
+
+def _pulls_along_surfaces(
+    pairs: _LinePairs, T_target_source: FloatArray, seen: FloatArray
+) -> FloatArray:
+    """Gradients of w (τ·(R p + t − q))² with respect to x, (N, S); τ runs along the surface."""
+    tangents = _perpendicular(pairs.normals)
+    slope = line_rows(pairs.source, tangents, _position(T_target_source), 1.0) @ seen
+    residuals = line_residuals(pairs.source, pairs.target, tangents)
+    return np.asarray(2.0 * (pairs.weights * residuals)[:, None] * slope)
 
 
 def _neighborhoods(target: Target) -> tuple[IntArray, IntArray]:
@@ -233,17 +250,28 @@ def _neighborhoods(target: Target) -> tuple[IntArray, IntArray]:
     """
     if not target.dense:
         return np.arange(len(target.points)), np.ones(len(target.points), np.intp)
-    cells = np.floor(target.points / target.line_width)
-    _, neighborhood, size = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
-    return neighborhood.reshape(-1), size
+    return _share_cells(target.points, target.line_width)
 
 
-def _pulls_along_surfaces(pairs: _LinePairs, T_target_source: FloatArray) -> FloatArray:
-    """Gradients of w (τ·(R p + t − q))² with respect to x, (N, 3); τ runs along the surface."""
-    tangents = _perpendicular(pairs.normals)
-    slope = line_rows(pairs.source, tangents, _position(T_target_source), 1.0)
-    residuals = line_residuals(pairs.source, pairs.target, tangents)
-    return np.asarray(2.0 * (pairs.weights * residuals)[:, None] * slope)
+def _share_cells(points: FloatArray, side: float) -> tuple[IntArray, IntArray]:
+    """Number of the square cell of each point, cells of this side [m], and the points of each."""
+    column, line = np.floor(points / side).T
+    cells = column + 1j * line
+    _, cell, size = np.unique(cells, return_inverse=True, return_counts=True)
+    return cell, size
+
+
+def _sum_by(group: IntArray, rows: FloatArray, count: int = 0) -> FloatArray:
+    """Sums of the rows of each group, shape (G, S)."""
+    sums = np.zeros((max(count, group.max(initial=-1) + 1), rows.shape[1]))
+    np.add.at(sums, group, rows)
+    return sums
+
+
+def _positive_part(M: FloatArray) -> FloatArray:
+    """A symmetric matrix without its negative eigenvalues."""
+    values, vectors = np.linalg.eigh(M)
+    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
 
 
 def _check_result(result: object) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.scan import Scan, as_scan
+from labkit.selection import kth_smallest
 from labkit.support.arrays import FloatArray, IntArray, as_points
 from labkit.support.compiled import compiled
 
@@ -31,6 +32,10 @@ def nearest_by_brute_force(points: ArrayLike, target: ArrayLike) -> IntArray:
     dx = p[:, :1] - q[:, 0]
     dy = p[:, 1:] - q[:, 1]
     return np.asarray(np.argmin(dx * dx + dy * dy, axis=1))
+
+
+# Cell of each point; first entry of each cell; lower left corner [m]; 1 / side; columns, lines.
+Cells = tuple[IntArray, IntArray, float, float, float, int, int]
 
 
 class NearestNeighbors:
@@ -58,11 +63,14 @@ class NearestNeighbors:
 
 
 class Grid(NamedTuple):
-    """Points sorted into square cells; those of cell k are entries start[k] to start[k + 1] − 1."""
+    """Points sorted into square cells; those of cell k are entries start[k] to start[k + 1] − 1.
+
+    Of points that coincide, the first one is an entry.
+    """
 
     points: FloatArray  # (M, 2), in their own order [m]
-    entries: FloatArray  # (M, 2), cell by cell
-    rows: IntArray  # (M,), the row of each entry in `points`
+    entries: FloatArray  # (K, 2), cell by cell
+    rows: IntArray  # (K,), the row of each entry in `points`
     start: IntArray  # (lines · columns + 1,)
     x: float  # the lower left corner [m]
     y: float
@@ -75,37 +83,92 @@ class Grid(NamedTuple):
 def sort_into_cells(
     points: FloatArray,
 ) -> tuple[FloatArray, IntArray, IntArray, float, float, float, int, int]:
-    """Sort points (M, 2) into the cells of a `Grid`, by counting; outliers go to border cells."""
-    count = len(points)
-    left, right = trimmed_range(points[:, 0])
-    low, high = trimmed_range(points[:, 1])
-    width, height = right - left, high - low
-    cells = CELLS_PER_POINT * count
-    side = max(math.sqrt(width * height / cells), (width + height) / cells)
-    per_metre = 1.0 / side if side > MIN_SIDE else 1.0
-    columns = int(width * per_metre) + 1
-    lines = int(height * per_metre) + 1
+    """Sort points (M, 2) into the cells of a `Grid`; outliers go to border cells.
 
-    cell = np.empty(count, np.intp)
-    start = np.zeros(columns * lines + 1, np.intp)
-    for i in range(count):
-        column = cell_index((points[i, 0] - left) * per_metre, columns)
-        line = cell_index((points[i, 1] - low) * per_metre, lines)
-        cell[i] = line * columns + column
-        start[cell[i] + 1] += 1
-    for k in range(columns * lines):
-        start[k + 1] += start[k]
-
-    entries = np.empty((count, 2))
-    rows = np.empty(count, np.intp)
+    Of points that coincide, the first one is an entry.
+    """
+    cell, start, left, low, per_metre, columns, lines = choose_cells(points)
+    entries = np.empty((len(points), 2))
+    rows = np.empty(len(points), np.intp)
     next_entry = start.copy()
-    for i in range(count):
+    for i in range(len(points)):
         k = next_entry[cell[i]]
         next_entry[cell[i]] += 1
         entries[k, 0] = points[i, 0]
         entries[k, 1] = points[i, 1]
         rows[k] = i
-    return entries, rows, start, left, low, per_metre, columns, lines
+
+    count = 0  # entries that are kept
+    for c in range(columns * lines):
+        begin = count
+        for k in range(start[c], start[c + 1]):
+            if not has_point(entries, begin, count, entries[k, 0], entries[k, 1]):
+                entries[count, 0] = entries[k, 0]
+                entries[count, 1] = entries[k, 1]
+                rows[count] = rows[k]
+                count += 1
+        start[c] = begin
+    start[columns * lines] = count
+    return entries[:count], rows[:count], start, left, low, per_metre, columns, lines
+
+
+@compiled
+def has_point(entries: FloatArray, begin: int, end: int, x: float, y: float) -> bool:
+    """True if one of the entries from `begin` to `end` lies at (x, y)."""
+    k = begin
+    while k < end and not (entries[k, 0] == x and entries[k, 1] == y):
+        k += 1
+    return k < end
+
+
+@compiled
+def choose_cells(points: FloatArray) -> Cells:
+    """Cells that the points fill evenly: those around the fullest one, while it holds the most."""
+    left, right = trimmed_range(points[:, 0])
+    low, high = trimmed_range(points[:, 1])
+    cells, fullest, crowding = count_in_cells(points, left, right, low, high)
+    while fullest > len(points) // 2:
+        cell, start = cells[0], cells[1]
+        crowd = points[cell == np.argmax(np.diff(start))]
+        left, right = crowd[:, 0].min(), crowd[:, 0].max()
+        low, high = crowd[:, 1].min(), crowd[:, 1].max()
+        closer, fullest, closer_crowding = count_in_cells(points, left, right, low, high)
+        if not 2.0 * closer_crowding < crowding:
+            break
+        cells, crowding = closer, closer_crowding
+    return cells
+
+
+@compiled
+def count_in_cells(
+    points: FloatArray, left: float, right: float, low: float, high: float
+) -> tuple[Cells, int, float]:
+    """Count the points in square cells of a rectangle [m].
+
+    Returns the cells, how many points lie in the fullest one, and the sum of their squares.
+    """
+    width, height = right - left, high - low
+    cells = CELLS_PER_POINT * len(points)
+    side = max(math.sqrt(width * height / cells), (width + height) / cells)
+    per_metre = 1.0 / side if side > MIN_SIDE else 1.0
+    columns = int(width * per_metre) + 1
+    lines = int(height * per_metre) + 1
+
+    cell = np.empty(len(points), np.intp)
+    start = np.zeros(columns * lines + 1, np.intp)
+    for i in range(len(points)):
+        column = cell_index((points[i, 0] - left) * per_metre, columns)
+        line = cell_index((points[i, 1] - low) * per_metre, lines)
+        cell[i] = line * columns + column
+        start[cell[i] + 1] += 1
+    fullest = 0
+    crowding = 0.0
+    for k in range(columns * lines):
+        count = start[k + 1]
+        fullest = max(fullest, count)
+        crowding += float(count) * count
+        start[k + 1] += start[k]
+    return (cell, start, left, low, per_metre, columns, lines), fullest, crowding
 
 
 @compiled
@@ -335,29 +398,3 @@ def insert_neighbor(
     squares[j] = square
     rows[j] = row
     return count
-
-
-@compiled
-def kth_smallest(values: FloatArray, rank: int) -> float:
-    """The value of that rank, counted from 0 in ascending order (Hoare's quickselect)."""
-    v = values.copy()
-    low, high = 0, len(v) - 1
-    while low < high:
-        pivot = v[(low + high) // 2]
-        i, j = low, high
-        while i <= j:
-            while v[i] < pivot:
-                i += 1
-            while v[j] > pivot:
-                j -= 1
-            if i <= j:
-                v[i], v[j] = v[j], v[i]
-                i += 1
-                j -= 1
-        if rank <= j:
-            high = j
-        elif rank >= i:
-            low = i
-        else:
-            break
-    return float(v[rank])

@@ -26,11 +26,11 @@ from labkit.neighbors import (
     Grid,
     NearestNeighbors,
     cells_around,
-    kth_smallest,
     neighbors_of,
     squared,
 )
 from labkit.scan import Scan, as_scan
+from labkit.selection import kth_smallest
 from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.compiled import compiled
 
@@ -44,13 +44,15 @@ LINEARITY = 0.5  # largest ratio of the spreads across and along that still is a
 MIN_ON_LINE = 3  # points that a line needs
 WIDTH_PER_NOISE = 12.0  # radius over noise from which on a neighbourhood shows its line well
 WIDE_LINEARITY = 3.0 / WIDTH_PER_NOISE  # as `LINEARITY`, at that radius: noise explains no more
-DENSE = 1.0  # distance between neighbours over noise below which points are dense
 FILLED = 0.3  # least spread along a line over the radius; √0.2 where points lie evenly
 HALF_WIDTH = 0.25  # [m]: how far the window of a sparse sweep reaches to either side
 SPARSE_WIDTH_PER_NOISE = 25.0  # half-width of its window over the noise, if that is less
-MIN_WIDTH = 1e-3  # [m]: no scanner's noise asks for less
+MAX_WIDTH = 2.0  # [m]: no scanner's noise asks for more
+SHRINKAGE = math.sqrt(0.5)  # of one circle to the next smaller one
+CORE_PER_NOISE = 5.0  # radius over noise of the core of a neighbourhood
+STEADY = 0.7  # spread in that core over that of the whole from which on it is noise
 MIN_SPACING = 1e-3 * HALF_WIDTH  # [m]: points closer together count as this far apart
-SAMPLE_SIZE = 16  # points that tell the width for a scan
+SAMPLE_SIZE = 18  # points that tell the width; 17 steps, a prime, sample stacked sweeps evenly
 WIDE_SAMPLE = 96  # points of a wide neighbourhood that are looked at
 
 Sums = tuple[float, float, float, float, float, float]  # of w, w x, w y, w x², w x y, w y²
@@ -91,39 +93,72 @@ def fit_lines(scan: Scan, grid: Grid, width: float, dense: bool) -> tuple[FloatA
 def line_width(grid: Grid) -> tuple[float, bool]:
     """Radius [m] of neighbourhoods in which points show their lines, and whether they are dense.
 
-    The smallest of a falling series of radii at which the neighbours of the median sample form a
-    line: they fill the circle along it, and spread across it, by their noise, at most the
-    `WIDTH_PER_NOISE`-th part of its radius. Points are sparse where the median sample has no
-    neighbour within `DENSE` times that noise, and where they form no lines; theirs is at most
-    `HALF_WIDTH`.
+    The circle about the points of a sample shrinks until it shows lines, or grows if what they
+    spread is noise, as large in half the circle. Then it shrinks as far as it shows lines. Points
+    are dense if `NEIGHBORS` of them lie within `CORE_PER_NOISE` times their noise, and if it is
+    noise: about as large in that core, unless they leave gaps there. What bent surfaces spread
+    falls. The width of sparse points is at most `HALF_WIDTH`.
     """
-    points = grid.points
+    sample = spread_out(grid.points)
+    radius = MAX_NEIGHBOR_DISTANCE
+    spreads = median_spreads(sample, radius, grid)
+    half = median_spreads(sample, 0.5 * radius, grid)
+    factor = 1.0 / SHRINKAGE if half[0] >= STEADY * spreads[0] else SHRINKAGE
+    while not shows_line(spreads, radius):
+        radius *= factor
+        if spreads[2] < NEIGHBORS or radius > MAX_WIDTH:
+            return HALF_WIDTH, False
+        spreads = median_spreads(sample, radius, grid)
+
+    noise = spreads[0]
+    while True:
+        core = median_spreads(sample, CORE_PER_NOISE * noise, grid)
+        if core[2] < NEIGHBORS:
+            return min(HALF_WIDTH, SPARSE_WIDTH_PER_NOISE * noise), False
+        spreads = median_spreads(sample, SHRINKAGE * radius, grid)
+        if not shows_line(spreads, SHRINKAGE * radius):
+            break
+        radius *= SHRINKAGE
+        noise = spreads[0]
+    is_steady = core[0] >= STEADY * noise or core[1] < FILLED * CORE_PER_NOISE * noise
+    return (radius, True) if is_steady else (HALF_WIDTH, False)
+
+
+@compiled
+def shows_line(spreads: tuple[float, float, float], radius: float) -> bool:
+    """True if neighbourhoods of this radius [m] fill it along a line, and show little noise."""
+    across, along, count = spreads
+    is_filled = count >= NEIGHBORS and along >= FILLED * radius
+    return is_filled and WIDTH_PER_NOISE * across <= radius
+
+
+@compiled
+def spread_out(points: FloatArray) -> FloatArray:
+    """A sample of the points from the first to the last one, alike in either order."""
     size = min(SAMPLE_SIZE, len(points))
-    middle = size // 2
+    steps = max(1, size - 1)
     sample = np.empty((size, 2))
-    for i in range(size):  # from the first to the last point, alike in either order
-        sample[i] = points[i * (len(points) - 1) // max(1, size - 1)]
+    for i in range(size):
+        sample[i] = points[(i * (len(points) - 1) + steps // 2) // steps]  # the nearest row
+    return sample
+
+
+@compiled
+def median_spreads(sample: FloatArray, radius: float, grid: Grid) -> tuple[float, float, float]:
+    """Medians over a sample: spreads across and along its neighbourhoods [m], and their points."""
+    size = len(sample)
     across = np.empty(size)
     along = np.empty(size)
     counts = np.empty(size)
-    width = 0.0
-    radius = MAX_NEIGHBOR_DISTANCE
-    while radius > MIN_WIDTH:
-        for i in range(size):
-            sums, count = sums_within(sample[i, 0], sample[i, 1], radius, grid, 0)
-            _, _, _, across[i], along[i] = line_of(sums, count)
-        noise = kth_smallest(across, middle)
-        is_filled = kth_smallest(along, middle) >= FILLED * radius
-        if is_filled and WIDTH_PER_NOISE * noise <= radius:
-            width = radius
-            for i in range(size):
-                _, counts[i] = sums_within(sample[i, 0], sample[i, 1], DENSE * noise, grid, 0)
-            if kth_smallest(counts, middle) <= 1:  # the sample itself
-                return min(HALF_WIDTH, SPARSE_WIDTH_PER_NOISE * noise), False
-        elif width > 0.0:
-            return width, True
-        radius *= math.sqrt(0.5)
-    return (width, True) if width > 0.0 else (HALF_WIDTH, False)
+    for i in range(size):
+        sums, counts[i] = sums_within(sample[i, 0], sample[i, 1], radius, grid, 0)
+        _, _, _, across[i], along[i] = line_of(sums, counts[i])
+    middle = size // 2
+    return (
+        kth_smallest(across, middle),
+        kth_smallest(along, middle),
+        kth_smallest(counts, middle),
+    )
 
 
 @compiled
@@ -151,7 +186,7 @@ def lines_in_space(grid: Grid, width: float, dense: bool) -> tuple[FloatArray, F
     rows = np.empty(NEIGHBORS, np.intp)
     squares = np.empty(NEIGHBORS)
     radius = 0.0
-    for i in grid.rows:  # cell by cell, so that the point before lies near
+    for i in range(len(points)):
         x, y = points[i, 0], points[i, 1]
         count = neighbors_of(x, y, grid, MAX_NEIGHBOR_DISTANCE, radius, rows, squares)
         if count == NEIGHBORS:
@@ -179,7 +214,8 @@ def put_on_line(
     x, y = grid.points[i, 0], grid.points[i, 1]
     nx, ny, offset, across, along = line
     linearity = LINEARITY
-    if dense and math.sqrt(3.0) * along < width:  # its neighbours form a cloud
+    is_cloud = dense and math.sqrt(3.0) * along < width
+    if is_cloud:
         nx, ny, offset, across, along = wide_line(x, y, i, grid, width)
         linearity = WIDE_LINEARITY
     if not across < linearity * along:
@@ -188,7 +224,7 @@ def put_on_line(
         nx, ny, offset = 0.0 - nx, 0.0 - ny, 0.0 - offset
     normals[i, 0] = nx
     normals[i, 1] = ny
-    if dense and math.isfinite(nx):
+    if is_cloud and math.isfinite(nx):
         on_lines[i, 0] = x + offset * nx
         on_lines[i, 1] = y + offset * ny
 
@@ -200,7 +236,7 @@ def wide_line(x: float, y: float, i: int, grid: Grid, width: float) -> Line:
     The circle grows until the points fill it: points on one beam are no wall.
     """
     radius = width
-    while radius <= MAX_NEIGHBOR_DISTANCE:
+    while radius <= max(width, MAX_NEIGHBOR_DISTANCE):
         sums, count = sums_within(x, y, radius, grid, i)
         line = line_of(sums, count)
         if count >= NEIGHBORS and line[4] >= FILLED * radius:
@@ -231,7 +267,7 @@ def sums_within(x: float, y: float, radius: float, grid: Grid, first: int) -> tu
         k = grid.start[row + left] + skipped
         end = grid.start[row + right + 1]
         while k < end:
-            weight = 1.0 - squared(x, y, grid.entries, k) / (radius * radius)
+            weight = radius * radius - squared(x, y, grid.entries, k)
             if weight > 0.0:
                 dx, dy = grid.entries[k, 0] - x, grid.entries[k, 1] - y
                 sums = add_point(sums, dx, dy, weight)

@@ -25,8 +25,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from labkit.neighbors import kth_smallest
 from labkit.parameters import IcpParameters
+from labkit.selection import kth_smallest
 from labkit.support.arrays import BoolArray, FloatArray
 from labkit.support.compiled import compiled
 

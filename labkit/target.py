@@ -82,7 +82,7 @@ class Target:
 
     @cached_property
     def _width(self) -> tuple[float, bool]:
-        return line_width(self._measured.grid) if self._given is None else (0.0, False)
+        return line_width(self._measured.grid)
 
     @cached_property
     def _lines(self) -> tuple[FloatArray, FloatArray]:

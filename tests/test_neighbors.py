@@ -1,6 +1,7 @@
 """Nearest neighbours: the grid held against all distances."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -8,7 +9,6 @@ from hypothesis.extra.numpy import arrays
 from labkit.neighbors import (
     NearestNeighbors,
     Search,
-    kth_smallest,
     nearest,
     nearest_by_brute_force,
     neighbors_of,
@@ -63,6 +63,25 @@ def test_what_a_search_remembers_changes_no_answer(points, target, reach, seed):
         np.testing.assert_array_equal(distance, expected_distance)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.45])
+def test_no_cell_holds_most_points_whatever_outliers_there_are(share):
+    """Else each search looks at all of them."""
+    rng = np.random.default_rng(0)
+    points = np.vstack([wall(0, 700), rng.normal(0.0, 1e5, (int(700 * share / (1.0 - share)), 2))])
+
+    grid = NearestNeighbors(rng.permutation(points)).grid
+
+    assert np.diff(grid.start).max() < 0.25 * len(points)
+
+
+def test_points_that_coincide_are_one_entry():
+    points = np.repeat(wall(0, 30), 50, axis=0)
+
+    grid = NearestNeighbors(points).grid
+
+    np.testing.assert_array_equal(np.sort(grid.rows), np.arange(0, len(points), 50))
+
+
 @given(scenes, st.sampled_from([0.1, 0.5, 1e4]), st.floats(0.0, 1e3))
 def test_the_nearest_few_are_found_in_order(target, reach, radius):
     grid = NearestNeighbors(target).grid
@@ -73,14 +92,8 @@ def test_the_nearest_few_are_found_in_order(target, reach, radius):
         count = neighbors_of(x, y, grid, reach, radius, rows, squares)
 
         all_squares = squared_distances(np.array([[x, y]]), target)[0]
-        order = np.lexsort([np.arange(len(target)), all_squares])
+        places = np.unique(target, axis=0, return_index=True)[1]  # the first row at each
+        order = places[np.lexsort([places, all_squares[places]])]
         expected = [k for k in order if all_squares[k] <= reach**2][:7]
         np.testing.assert_array_equal(rows[:count], expected)
         np.testing.assert_array_equal(squares[:count], all_squares[expected])
-
-
-@given(st.lists(st.integers(0, 9), min_size=1), st.data())
-def test_a_selected_value_is_that_of_its_rank(values, data):
-    rank = data.draw(st.integers(0, len(values) - 1))
-    for stage in (kth_smallest, kth_smallest.__wrapped__):  # compiled, and as Python reads it
-        assert stage(np.array(values, dtype=float), rank) == sorted(values)[rank]

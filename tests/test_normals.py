@@ -124,6 +124,15 @@ def test_dense_points_lie_on_their_wall(count):
     assert np.max(np.abs(target.normals[has_normal, 1])) < 0.3
 
 
+def test_copies_of_points_change_no_normal(in_the_room):
+    points = in_the_room.target.points[::4]
+    expected = estimate_normals(Scan.from_points(points))
+
+    normals = estimate_normals(Scan.from_points(np.repeat(points, 20, axis=0)))
+
+    np.testing.assert_array_equal(normals, np.repeat(expected, 20, axis=0))
+
+
 def test_sparse_points_stay_as_they_were_measured(in_the_room):
     target = Target(in_the_room.target.select(np.arange(0, 541, 5)))
 
@@ -143,7 +152,7 @@ def test_sweeps_that_lie_on_one_another_have_no_lines_along_their_beams():
     assert np.max(tilt) < 0.5
 
 
-@pytest.mark.parametrize("noise", [0.003, 0.01, 0.03])
+@pytest.mark.parametrize("noise", [0.003, 0.01, 0.03, 0.06])
 def test_the_width_of_a_neighbourhood_follows_the_noise(noise):
     scan = cast(room(), np.eye(3), Lidar(beam_count=20_000, noise_std=noise), rng=0)
 

@@ -7,6 +7,7 @@ import pytest
 
 from labkit import Scan, Target
 from labkit.normals import estimate_normals
+from labkit.simulation import Lidar, cast, room
 from labkit.target import as_target
 
 
@@ -47,6 +48,16 @@ def test_some_points_of_a_dense_target_stay_on_their_lines():
     assert part.line_width == target.line_width
     np.testing.assert_array_equal(part.points, target.points[is_kept])
     np.testing.assert_array_equal(part.normals, target.normals[is_kept])
+
+
+def test_points_lie_on_the_same_lines_whoever_gives_their_normals():
+    scan = cast(room(), np.eye(3), Lidar(beam_count=5_000, noise_std=0.01), rng=0)
+    own = Target(scan)
+
+    given = Target(scan, own.normals)
+
+    assert given.dense
+    np.testing.assert_array_equal(given.points, own.points)
 
 
 def test_given_normals_are_used_as_they_are():

@@ -261,10 +261,10 @@ def test_with_lines_most_steps_are_the_same_whichever_wheels_guess(sample):
         for seed in (1, 2, 3)
     ]
 )
-def test_from_scan_600_the_lines_end_five_metres_off(sample):
+def test_from_scan_600_the_lines_end_six_metres_off(sample):
     names = run_cells("05", sample, "ladder-drive-5")
     path, truth = names["rungs"]["5 lines"], names["drive"].truth
-    assert 4.0 < names["judge_rung"](path, truth)[1] < 5.5
+    assert 5.5 < names["judge_rung"](path, truth)[1] < 7.0
 
 
 # Chapter 6

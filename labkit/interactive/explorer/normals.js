@@ -1,7 +1,7 @@
 // The lines through a sweep's points; mirrors labkit/normals.py.
 
 import {
-  DENSE,
+  CORE_PER_NOISE,
   FILLED,
   GAP_FLOOR,
   GAP_RATIO,
@@ -9,11 +9,14 @@ import {
   HALF_WIDTH,
   LINEARITY,
   MAX_NEIGHBOR_DISTANCE,
+  MAX_WIDTH,
   MIN_ON_LINE,
-  MIN_WIDTH,
+  MIN_SPACING,
   NEIGHBORS,
   SAMPLE_SIZE,
+  SHRINKAGE,
   SPARSE_WIDTH_PER_NOISE,
+  STEADY,
   WIDE_LINEARITY,
   WIDTH_PER_NOISE,
 } from "./constants.js";
@@ -30,7 +33,8 @@ export function fitLines(points) {
   for (let i = 0; i < points.length / 2; i++) {
     let line = lineOf(sumsBetween(points, i, start[i], stop[i]));
     let linearity = LINEARITY;
-    if (dense && Math.sqrt(3) * line.along < width) {
+    const isCloud = dense && Math.sqrt(3) * line.along < width;
+    if (isCloud) {
       line = wideLine(points, i, width);
       linearity = WIDE_LINEARITY;
     }
@@ -39,7 +43,7 @@ export function fitLines(points) {
     const sign = nx * points[2 * i] + ny * points[2 * i + 1] > 0 ? -1 : 1; // to the scanner
     normals[2 * i] = isLine ? sign * nx : NaN;
     normals[2 * i + 1] = isLine ? sign * ny : NaN;
-    if (dense && isLine) {
+    if (isCloud && isLine) {
       onLines[2 * i] += offset * nx;
       onLines[2 * i + 1] += offset * ny;
     }
@@ -49,7 +53,7 @@ export function fitLines(points) {
 
 // The line through all points within the width of point i, or in a wider circle that they fill.
 export function wideLine(points, i, width) {
-  for (let radius = width; radius <= MAX_NEIGHBOR_DISTANCE; radius *= 2) {
+  for (let radius = width; radius <= Math.max(width, MAX_NEIGHBOR_DISTANCE); radius *= 2) {
     const sums = sumsWithin(points, i, radius);
     const line = lineOf(sums);
     if (sums.count >= NEIGHBORS && line.along >= FILLED * radius) return line;
@@ -59,24 +63,53 @@ export function wideLine(points, i, width) {
 
 // The radius of neighbourhoods in which points show their lines, and whether they are dense.
 export function lineWidth(points) {
-  const count = points.length / 2;
-  const size = Math.min(SAMPLE_SIZE, count);
-  const sample = Array.from({ length: size }, (_, i) =>
-    Math.floor((i * (count - 1)) / Math.max(1, size - 1)),
-  );
-  let width = 0;
-  for (let radius = MAX_NEIGHBOR_DISTANCE; radius > MIN_WIDTH; radius *= Math.SQRT1_2) {
-    const lines = sample.map((i) => lineOf(sumsWithin(points, i, radius)));
-    const noise = median(lines.map((line) => line.across));
-    const isFilled = median(lines.map((line) => line.along)) >= FILLED * radius;
-    if (isFilled && WIDTH_PER_NOISE * noise <= radius) {
-      width = radius;
-      const counts = sample.map((i) => sumsWithin(points, i, DENSE * noise).count);
-      if (median(counts) <= 1)
-        return { width: Math.min(HALF_WIDTH, SPARSE_WIDTH_PER_NOISE * noise), dense: false };
-    } else if (width > 0) break;
+  const sample = spreadOut(points.length / 2);
+  let radius = MAX_NEIGHBOR_DISTANCE;
+  let spreads = medianSpreads(points, sample, radius);
+  const half = medianSpreads(points, sample, 0.5 * radius);
+  const factor = half.across >= STEADY * spreads.across ? 1 / SHRINKAGE : SHRINKAGE;
+  while (!showsLine(spreads, radius)) {
+    radius *= factor;
+    if (spreads.count < NEIGHBORS || radius > MAX_WIDTH) return { width: HALF_WIDTH, dense: false };
+    spreads = medianSpreads(points, sample, radius);
   }
-  return width > 0 ? { width, dense: true } : { width: HALF_WIDTH, dense: false };
+
+  let noise = spreads.across;
+  let core;
+  while (true) {
+    core = medianSpreads(points, sample, CORE_PER_NOISE * noise);
+    if (core.count < NEIGHBORS)
+      return { width: Math.min(HALF_WIDTH, SPARSE_WIDTH_PER_NOISE * noise), dense: false };
+    spreads = medianSpreads(points, sample, SHRINKAGE * radius);
+    if (!showsLine(spreads, SHRINKAGE * radius)) break;
+    radius *= SHRINKAGE;
+    noise = spreads.across;
+  }
+  const isSteady = core.across >= STEADY * noise || core.along < FILLED * CORE_PER_NOISE * noise;
+  return isSteady ? { width: radius, dense: true } : { width: HALF_WIDTH, dense: false };
+}
+
+// Whether neighbourhoods of this radius fill it along a line, and show little noise.
+const showsLine = ({ across, along, count }, radius) =>
+  count >= NEIGHBORS && along >= FILLED * radius && WIDTH_PER_NOISE * across <= radius;
+
+// Points of a sample from the first to the last one, alike in either order.
+function spreadOut(count) {
+  const size = Math.min(SAMPLE_SIZE, count);
+  const steps = Math.max(1, size - 1);
+  const nearestRow = (i) => Math.floor((i * (count - 1) + Math.floor(steps / 2)) / steps);
+  return Array.from({ length: size }, (_, i) => nearestRow(i));
+}
+
+// Medians over a sample: spreads across and along its neighbourhoods, and their points.
+function medianSpreads(points, sample, radius) {
+  const sums = sample.map((i) => sumsWithin(points, i, radius));
+  const lines = sums.map(lineOf);
+  return {
+    across: median(lines.map((line) => line.across)),
+    along: median(lines.map((line) => line.along)),
+    count: median(sums.map(({ count }) => count)),
+  };
 }
 
 const median = (values) => values.sort((a, b) => a - b)[Math.floor(values.length / 2)];
@@ -87,7 +120,7 @@ export function sumsWithin(points, i, radius) {
   for (let k = 0; k < points.length / 2; k++) {
     const dx = points[2 * k] - points[2 * i];
     const dy = points[2 * k + 1] - points[2 * i + 1];
-    const weight = 1 - (dx * dx + dy * dy) / (radius * radius);
+    const weight = radius * radius - (dx * dx + dy * dy);
     if (weight > 0) addPoint(sums, dx, dy, weight);
   }
   return sums;
@@ -143,7 +176,7 @@ export function windowsAlongSweep(points, width) {
   const stop = new Int32Array(count);
   for (let i = 0, edge = 0; i < count; i++) {
     if (leavesSurface(step, i)) edge = i;
-    const spacing = Math.max(Math.min(step[i], step[i + 1]), 1e-3 * HALF_WIDTH);
+    const spacing = Math.max(Math.min(step[i], step[i + 1]), MIN_SPACING);
     const beams = Math.max(Math.floor(width / spacing), HALF_BEAMS);
     start[i] = Math.max(i - beams, edge);
     stop[i] = i + beams + 1;
