@@ -310,7 +310,7 @@ def test_along_a_corridor_poor_wheels_leave_the_step_doubtful():
     assert record.is_doubtful
 
 
-@pytest.mark.parametrize("noise_std", [0.003, 0.05])
+@pytest.mark.parametrize("noise_std", [0.003, 0.02])
 def test_the_covariance_is_that_of_the_match_and_wide_without_one(noise_std):
     """It counts the noise that the residuals show, and a centimetre at least."""
     rng = np.random.default_rng(0)
@@ -327,6 +327,21 @@ def test_the_covariance_is_that_of_the_match_and_wide_without_one(noise_std):
     np.testing.assert_allclose(matched.covariance, expected, rtol=1e-9)
     wheels_std = growth_of(PRIOR) * unmatched.scales.wheel_shift
     np.testing.assert_allclose(np.sqrt(unmatched.covariance[0, 0]), wheels_std)
+
+
+@pytest.mark.parametrize("noise_std", [0.01, 0.03])
+def test_steps_err_as_far_as_their_covariances_say(noise_std):
+    """The mean of errors over their covariances (NEES) is 3 where these keep their word."""
+    truth = integrate([STEP] * 40, start=[-0.5, -0.3, 0.2])
+    scans = scan_along(room(), truth, Lidar(beam_count=271, noise_std=noise_std), rng=0)
+    motions = increments_between(truth)
+
+    run = estimate_odometry(scans, wheel_increments(truth, WheelNoise(), rng=0))
+
+    records = run.records[1:]
+    errors = [record.increment - motion for record, motion in zip(records, motions, strict=True)]
+    nees = [e @ np.linalg.solve(r.covariance, e) for e, r in zip(errors, records, strict=True)]
+    assert 1.0 < np.mean(nees) < 9.0
 
 
 def test_a_record_holds_no_more_points_than_its_scan_matched():
