@@ -68,6 +68,9 @@ EXCUSED = {
         "writes the assignment anew in a checkout; tests/course/authoring calls what it calls"
     ),
     "nbgrader generate_assignment": "tests/grading/test_nbgrader.py, in make others",
+    "labkit grade submitted --secret course.secret --nbgrader gradebook.db lab1": (
+        "needs nbgrader's gradebook; tests/grading/classroom/test_nbgrader_book.py fills one"
+    ),
     "jupyter nbconvert --to notebook notebooks/09_problems.ipynb --output-dir source/problems "
     "--TagRemovePreprocessor.enabled=True --TagRemovePreprocessor.remove_cell_tags=solution": (
         "prepares nbgrader's source; its own tests are nbconvert's"
