@@ -91,6 +91,8 @@ def _outliers():
 
 
 @exercise("Weigh by the residual, again and again", _outliers, {
+    "This is the first round's alignment, with all weights 1: does a `return` inside the loop end "
+    "it, or do the new weights not reach `align`?": {"range(20)": "range(1)"},
     "The weight is δ/r for small residuals, too; up to δ it is 1.":
         {"huber_weights(r, delta)": "delta / r"},
     "The weight is (δ/r)²: that is no longer Huber's loss, and not convex.":

@@ -155,6 +155,20 @@ def plain_form(name: str, value: Value) -> tuple[str, Value]:
     return "", value
 
 
+def suspects_of(name: str) -> str:
+    """Words for what may be wrong where an argument in its plain form makes the answer right.
+
+    That form also hides what is computed for the argument, so the argument alone is not blamed.
+    """
+    if name == "delta":
+        return "the residuals, and the weights or losses that `delta` gives them"
+    if name in LIMITS:
+        return f"the distances and what `{name}` does with them"
+    if name in COUNTS:
+        return "what one round hands to the next"
+    return f"the use of `{name}` and what is computed with it"
+
+
 def phrases_of_one(stages: Sequence[Stage]) -> set[str]:
     """The phrases of the stages in which one argument is plain."""
     return {stage.phrase for stage in stages if stage.plain is Plain.ONE}
@@ -210,7 +224,8 @@ class Stages:
             yield f"It is right if it gets {misreading}: so look at where it uses this."
             return
         idle = [stage for stage in self._of(Plain.ONE) if self._changes_nothing(stage)]
-        unused = [f"`{stage.name}`" for stage in idle]
+        idle_counts = [stage for stage in idle if stage.name in COUNTS]
+        unused = [f"`{stage.name}`" for stage in idle if stage not in idle_counts]
         for more, less in itertools.pairwise(self._of(Plain.NONE)):
             if more.name == less.name and all(map(self._changes_nothing, (more, less))):
                 unused.append(f"`{more.name}`")
@@ -220,14 +235,21 @@ class Stages:
             is_one = len(unused) == 1
             place = "Is {} used where it has to act?" if is_one else "Are {} used where they act?"
             yield place.format(join_words(unused))
+        for stage in idle_counts:
+            if self._is_right(stage):
+                yield "It is that of one round: does a `return` inside the loop end it,"
+                yield f"or is `{stage.name}` not used?"
+            else:
+                yield f"Is `{stage.name}` used, and does each round search with moved points?"
         if all(outcome.status is Status.RAISED for outcome in self.given):
             return  # the error's own message says more
-        cures = [s for s in self._of(Plain.ONE) if self._is_right(s) and not self._is_trivial(s)]
+        right = [s for s in self._of(Plain.ONE) if self._is_right(s) and not self._is_trivial(s)]
+        cures = [stage for stage in right if stage not in idle_counts]
         if cures:
             phrases = join_words([stage.phrase for stage in cures], "or with")
-            names = join_words(list(dict.fromkeys(f"`{stage.name}`" for stage in cures)))
-            yield f"With {phrases} it is right: so look at the use of {names}."
-        elif not unused:
+            suspects = join_words(list(dict.fromkeys(suspects_of(stage.name) for stage in cures)))
+            yield f"With {phrases} it is right: so look at {suspects}."
+        elif not idle and not unused:
             for stage in filter(self._changes_nothing, self._of(Plain.ROW)):
                 yield f"Your answer stays the same with {stage.phrase}, the right one does not."
             yield from self._plainest()

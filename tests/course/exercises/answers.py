@@ -102,7 +102,7 @@ WRONG = [
     ("icp_by_hand", "wrong side", lambda p, q, T, n: rounds(p, q, T, lambda d, T: T @ d, count=n)),
     ("icp_by_hand", "without the guess", lambda p, q, T, n: rounds(p, q, I3, lambda d, T: d @ T, count=n)),
     ("align_in_space", "sign", lambda p, q: svd(p, q, t=lambda R, a, b: R @ a - b)),
-    ("align_robustly", "the same with `delta=inf`", lambda p, q, d: align(p, q)),
+    ("align_robustly", "first round's", lambda p, q, d: align(p, q)),
     ("best_scale", "", lambda p, q: np.sum(q * (p @ align(p, q)[:2, :2].T)) / np.sum(p ** 2)),
     ("truncated_square", "charged nothing", lambda r, d: (np.where(r <= d, r ** 2, 0), (r <= d) * 1.0)),
     ("truncated_square", "on the gate", lambda r, d: (np.minimum(r, d) ** 2, r < d)),

@@ -40,8 +40,10 @@ def told(source, name):
         (
             "huber_weights(d[near]",
             "huber_weights(d[near] ** 2",
-            "With `delta=inf` it is right",
+            "With `delta=inf` it is right: so look at the residuals, and the weights",
         ),
+        ("    return T", "        return T", "does a `return` inside the loop end it"),
+        ("query(p)", "query(source)", "does each round search with moved points?"),
         ("@ T\n", "@ T\n        source = apply(T, source)\n", "With `rounds=1`"),
         (
             "align(p[near], q[near], w)",
@@ -59,6 +61,18 @@ def test_a_wrong_loop_is_led_to_its_cause(right, wrong, says):
     assert right in LOOP
 
     assert says in told(LOOP.replace(right, wrong), "robust_icp")
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [("apply(T, p)", "p"), ("apply(T, p)", "p @ T[:2, :2].T"), ("(r, delta)", "(r, delta) ** 0.5")],
+)
+def test_a_plain_form_that_hides_a_fault_does_not_blame_its_argument_alone(right, wrong):
+    source = source_of(exercises()["align_robustly"].right)
+
+    message = told(source.replace(right, wrong), "align_robustly")
+
+    assert "With `delta=inf` it is right: so look at the residuals, and the weights" in message
 
 
 @pytest.mark.parametrize("name", exercises())
