@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import inspect
 import re
 import sys
 import traceback
@@ -16,7 +17,7 @@ from dataclasses import dataclass, replace
 from html import escape
 from importlib import import_module
 from pkgutil import iter_modules
-from types import FrameType
+from types import FrameType, FunctionType
 from typing import Any
 
 import numpy as np
@@ -116,7 +117,11 @@ def check(function: Callable[..., Any]) -> Feedback:
     questions = {question.function: question for question in assignment.questions}
     name = _name(function, [*questions, *exercises()], space)
     if name not in questions:
-        return Feedback(judge_exercise(exercises()[name], function))
+        entry = exercises()[name]
+        verdict = judge_exercise(entry, function)
+        if not verdict.is_written:
+            verdict = replace(verdict, message=verdict.message + _name_twin(entry, space))
+        return Feedback(verdict)
     question = questions[name]
     called = Calls()
     verdict = _judge_own_code(question, assignment.cases(question.id), function, called)
@@ -180,6 +185,25 @@ def _name(function: Callable[..., Any], names: Collection[str], space: Mapping[s
     raise InvalidParameterError(
         f"no exercise asks for a function named {own!r}; leave the name as its stub has it"
     )
+
+
+def _name_twin(entry: exercise, space: Mapping[str, Any]) -> str:
+    """A sentence on a function of the notebook with the exercise's parameters and another name."""
+    parameters = parameters_of(entry.right)
+    for name, other in space.items():
+        is_own = isinstance(other, FunctionType) and other.__globals__ is space
+        if not is_own or parameters_of(other) != parameters:
+            continue
+        asked = exercises().get(name)
+        if asked is None or parameters_of(asked.right) != parameters:
+            own_name = entry.right.__name__
+            return f" Your `{name}` has its parameters: rename it to `{own_name}`?"
+    return ""
+
+
+def parameters_of(function: Callable[..., Any]) -> set[str]:
+    """The names of a function's parameters."""
+    return set(inspect.signature(function).parameters)
 
 
 def judge_exercise(entry: exercise, function: Callable[..., Any]) -> QuestionVerdict:

@@ -103,6 +103,23 @@ def test_no_mistake_is_named_that_a_visible_case_can_tell_apart(name):
     assert words not in repr(feedback)
 
 
+@pytest.mark.parametrize(
+    ("old", "parameters", "is_named"),
+    [
+        ("icp_by_hand", "source, target, T_init, rounds=15, gate=0.3", True),
+        ("my_loop", "source, target, T_init, gate, rounds", True),
+        ("icp_by_hand", "source, target, T_init, rounds=15", False),
+    ],
+)
+def test_a_stub_whose_function_stands_under_another_name_says_so(old, parameters, is_named):
+    stub = "def gated_icp(source, target, T_init, gate=0.3, rounds=15): raise NotImplementedError"
+    space = {"check": check}
+
+    exec(f"{stub}\ndef {old}({parameters}): return T_init\nfeedback = check(gated_icp)", space)
+
+    assert (f"Your `{old}` has its parameters" in repr(space["feedback"])) is is_named
+
+
 def test_html_says_the_same_and_escapes_what_a_student_writes():
     def shouting(theta):
         raise ValueError("<script>alert(1)</script>")
