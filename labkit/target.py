@@ -37,12 +37,15 @@ class Target:
     def __init__(self, scan: Scan | ArrayLike, normals: ArrayLike | None = None) -> None:
         self.scan = as_scan(scan, "target", minimum=1)
         self._given = None
+        self._part: tuple[tuple[float, bool], FloatArray] | None = None
         if normals is not None:
             self._given = read_only(as_normals(normals, "normals", len(self.scan), gaps=True))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Prepare the target anew where it is unpickled: its arrays are read-only there, too."""
-        return Target, (self.scan, self._given)
+        if self._part is None:
+            return Target, (self.scan, self._given)
+        return _part_of_target, (self.scan, self._given, *self._part)
 
     def __repr__(self) -> str:
         return f"<Target of {len(self.scan)} points>"
@@ -91,14 +94,23 @@ class Target:
 
     def select(self, is_kept: BoolArray) -> Target:
         """The target with some of its points, a mask (M,), which stay on their lines."""
-        part = Target(Scan.from_points(self.scan.points[is_kept]), self.normals[is_kept])
-        part._width = self._width
-        part._lines = part.normals, read_only(self.points[is_kept])
-        return part
+        scan = Scan.from_points(self.scan.points[is_kept])
+        return _part_of_target(scan, self.normals[is_kept], self._width, self.points[is_kept])
 
     def normals_for(self, parameters: IcpParameters) -> FloatArray:
         """The normals that the loop needs: those of all points, or none under point-to-point."""
         return self.normals if parameters.metric == "point_to_line" else NO_NORMALS
+
+
+def _part_of_target(
+    scan: Scan, normals: FloatArray, width: tuple[float, bool], points: FloatArray
+) -> Target:
+    """A target with the lines and the points on them that a larger one had."""
+    part = Target(scan, normals)
+    part._part = width, points
+    part._width = width
+    part._lines = part.normals, read_only(points)
+    return part
 
 
 def as_target(target: Target | Scan | ArrayLike) -> Target:

@@ -1,6 +1,8 @@
 """A prepared target: the same points, searched and given normals once."""
 
+import copy
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -65,3 +67,15 @@ def test_given_normals_are_used_as_they_are():
     given = np.array([[0.0, -1.0], [math.nan, math.nan], [0.0, -1.0]])
     target = Target([[0.0, 1.0], [1.0, 1.0], [2.0, 1.0]], normals=given)
     np.testing.assert_array_equal(target.normals, given)
+
+
+@pytest.mark.parametrize("again", [copy.copy, lambda part: pickle.loads(pickle.dumps(part))])
+def test_a_part_of_a_dense_target_keeps_its_lines_wherever_it_goes(again):
+    target = Target(cast(room(), np.eye(3), Lidar(beam_count=8_000, noise_std=0.01), rng=0))
+    part = target.select(np.arange(8_000) % 40 == 0)
+
+    made_again = again(part)
+
+    assert target.dense
+    np.testing.assert_array_equal(made_again.points, part.points)
+    np.testing.assert_array_equal(made_again.normals, part.normals)
