@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from labkit.grading.classroom.store import Record
-from labkit.grading.classroom.tables import number, read_rows, write_rows
+from labkit.grading.classroom.tables import Row, number, read_rows, write_rows
 from labkit.grading.judge.verdict import QuestionVerdict, SubmissionVerdict
 from labkit.grading.questions import Assignment
 from labkit.support.errors import LabkitError
@@ -236,7 +236,7 @@ def read_adjustments(
         (f"{path}: line {line}", row, path.name == BY_PAGE)
         for path in (out / BY_HAND, out / BY_PAGE)
         if path.exists()
-        for line, row in read_rows(path, HEADER[:3])[1]
+        for line, row in _read_lines(path)
     ]
     items = {question.id: question.points for question in assignment.questions}
     items |= {"written": 0.0, "bonus": math.inf, "late": math.inf, "all": 0.0}
@@ -265,9 +265,20 @@ def read_adjustments(
     return decisions
 
 
+def _read_lines(path: Path) -> list[tuple[int, Row]]:
+    """The rows of a table with their lines; a column of another name would be lost."""
+    columns, rows = read_rows(path, HEADER[:3])
+    for name in columns:
+        if name not in HEADER and any(row[name] for _, row in rows):
+            raise LabkitError(
+                f"{path}: line 1: unknown column {name!r}; the columns are {', '.join(HEADER)}"
+            )
+    return rows
+
+
 def _read_decision(item: str, cell: str, comment: str, maximum: float, location: str) -> Decision:
     """What a line decides; `LabkitError` where that is unclear."""
-    if cell == EXCUSED and item not in ("late", "bonus", *set(RULES) - {"written"}):
+    if cell.lower() == EXCUSED and item not in ("late", "bonus", *set(RULES) - {"written"}):
         return Decision(None, comment, is_excused=True)
     if not cell and comment:
         return Decision(None, comment)

@@ -82,9 +82,15 @@ def student_page(mark: SubmissionVerdict, assignment: Assignment) -> str:
 def _summary(
     question: Question, marks: Sequence[SubmissionVerdict], assignment: Assignment
 ) -> dict[str, Any]:
-    """One question over the class: points, shares, and how often each case and mistake came."""
+    """One question over the class: points, shares, and how often each case and mistake came.
+
+    A student who is excused from it does not count.
+    """
     verdicts = [
-        verdict for mark in marks for verdict in mark.questions if verdict.question == question.id
+        verdict
+        for mark in marks
+        for verdict in mark.questions
+        if verdict.question == question.id and verdict.points > 0.0
     ]
     full = sum(verdict.passed for verdict in verdicts)
     none = sum(verdict.score <= 0.0 for verdict in verdicts)

@@ -118,6 +118,13 @@ def test_a_slip_is_named_and_ends_the_run(line, message, decide):
     assert message in str(error.value)
 
 
+def test_a_column_of_another_name_is_not_lost(small, tmp_path):
+    (tmp_path / "adjustments.csv").write_text("student,what,value,\nada,all,,well done\n", "utf-8")
+
+    with pytest.raises(LabkitError, match="line 1: unknown column '';"):
+        read_adjustments(tmp_path, read_assignment(small), NAMES, ROSTER)
+
+
 def test_a_comment_needs_no_points(decide, marks):
     (mark,) = marks(decide("ada,double,,nice and short", "ada,all,,well done"), record("ada"))
 

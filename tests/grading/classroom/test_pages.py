@@ -96,3 +96,12 @@ def test_the_class_at_a_glance(pages, mode):
     assert "1 of the roster: f (Emmy N.)." in words
     assert ("Limits alone are not safe" in words) == (mode == "none")
     assert page.links == ["reading.html"] + [f"students/{student}.html" for student in "abcd"]
+
+
+def test_a_question_that_is_excused_is_left_out_of_the_class(pages):
+    ada, emmy = verdict("ada", 0.0), verdict("emmy", 1.0)
+    excused = replace(ada, questions=tuple(replace(each, points=0.0) for each in ada.questions))
+
+    (overview, *_) = pages(excused, emmy)
+
+    assert "100 %" in overview.text
