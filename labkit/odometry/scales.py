@@ -76,7 +76,8 @@ class History(NamedTuple):
         """The history after a step."""
         is_measured = record.decision.matched and not record.degenerate
         motions, errors, factors = self.motions, self.wheel_errors, self.wheel_factors
-        if is_measured and not record.ambiguous:
+        spans_steps = record.prior is None and self.missed > 0  # it makes up for missed ones
+        if is_measured and not (record.ambiguous or spans_steps):
             motions = (record.increment, *motions)
         if is_measured and record.prior is not None:
             factor = scale_of(record.prior, record.increment)
@@ -87,7 +88,7 @@ class History(NamedTuple):
         last_motion = record.increment
         if record.decision.is_guess:
             last_motion = STILL
-        elif record.ambiguous and record.prior is None:  # it does not confirm itself
+        elif spans_steps or (record.ambiguous and record.prior is None):  # confirms no motion
             last_motion = motions[0] if motions else STILL
         agreements = self.agreements
         if record.prior is not None and not math.isnan(record.agreement):

@@ -68,3 +68,13 @@ def test_an_ambiguous_motion_is_not_expected_again():
 
     np.testing.assert_array_equal(history.last_motion, seen)
     assert len(history.motions) == 1
+
+
+def test_a_motion_that_makes_up_for_missed_steps_is_held_for_none():
+    scans = [Scan.from_points([]) if k in (3, 4, 5, 7) else SCANS[k] for k in range(9)]
+
+    run = estimate_odometry(scans)
+
+    held = run.records[7]
+    assert held.decision is Decision.HOLD
+    np.testing.assert_allclose(held.increment, STEP, atol=0.02)
