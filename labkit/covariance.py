@@ -6,7 +6,7 @@ gradient ∂J/∂x vanishes, the implicit function theorem tells how x follows z
     cov(x) ≈ A⁻¹ B cov(z) Bᵀ A⁻¹ ,   A = ∂²J/∂x² ,   B = ∂²J/∂z ∂x               (6.4)
 
 J is the point-to-line cost Σ wᵢ rᵢ², rᵢ = nᵢ·(R pᵢ + t − qᵢ), with the correspondences,
-normals and weights of the last association held fixed. Three things are added to [1]:
+normals and weights of the last association held fixed. Five things are added to [1]:
 
 - A free direction of the motion carries no information. The noisy normals show it 3° off at
   541 beams with 30 mm of noise. So the scan is moved along it to either side, and back onto the
@@ -21,7 +21,9 @@ normals and weights of the last association held fixed. Three things are added t
 - Where the estimate is not the minimum, the step back to it is added.
 
 The formula knows one minimum, and cannot know whether it is the right one (`python
-tests/bench/density.py` compares it with the errors).
+tests/bench/density.py` compares it with the errors). Nor does it know that dense points need
+surfaces some 40 times as long as their noise is wide: in a room of 1 m with 3 cm of noise their
+lines run round its corners, and the match stays near its guess.
 
 References
 ----------
