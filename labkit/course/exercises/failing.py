@@ -25,9 +25,9 @@ PI = math.pi
 }, tolerance=1e-9)
 def shared_view(turn, field):
     """In front and behind."""
-    in_front = max(0.0, field - abs(turn))
+    ahead = max(field - abs(turn), 0.0)
     behind = max(0.0, field + abs(turn) - 2 * PI)
-    return (in_front + behind) / field
+    return (ahead + behind) / field
 
 
 @exercise("The step that doorways show", {
