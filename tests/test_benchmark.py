@@ -30,7 +30,7 @@ def results(tmp_path_factory):
     """A run of two pairs, with the options of every night, as JSON, and what it printed."""
     (nightly,) = re.findall('BENCH_OPTIONS="(.*)"', NIGHTLY.read_text())
     file = tmp_path_factory.mktemp("bench") / "results.json"
-    parts = ("--sets", "rays-180", "--no-basin", "--no-growth")
+    parts = ("--sets", "rays-180", "--no-basin")
     names = ("--matchers", "labkit", "lesson")
     done = python(
         BENCH / "run.py", *nightly.split(), "--quick", "--pairs", 2, *parts, *names, "--out", file
@@ -60,6 +60,6 @@ def test_the_book_shows_the_results_as_they_were_written(tmp_path):
     done = python(BENCH / "report.py", BOOK / "_static/benchmark.json", "--book", tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "benchmark.md").read_text() == (BOOK / "benchmark.md").read_text()
-    for name in ("benchmark-error.svg", "benchmark-growth.svg"):
+    for name in ("benchmark-error.svg",):
         drawn, shown = (folder / "_static" / name for folder in (tmp_path, BOOK))
         assert drawn.read_text().count("<path") == shown.read_text().count("<path")

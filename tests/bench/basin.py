@@ -37,11 +37,12 @@ def basin(matchers: Sequence[Matcher], pair_set: PairSet, count: int) -> dict[st
     """
     answers = (settled(pair, pair_set.gate) for pair in pair_set.pairs)
     solvable = list(islice((pair for pair in answers if pair is not None), count))
-    shares: dict[str, dict[str, float]] = {matcher.name: {} for matcher in matchers}
+    able = [matcher for matcher in matchers if matcher.share(solvable)]
+    shares: dict[str, dict[str, float]] = {matcher.name: {} for matcher in able}
     for label, (distance, angle) in STARTS.items():
         rng = np.random.default_rng(SEED)
         pairs = [_disturbed(pair, distance, angle, rng) for pair in solvable for _ in range(DRAWS)]
-        for matcher in tqdm(matchers, f"{pair_set.name} from {label}", leave=False, disable=None):
+        for matcher in tqdm(able, f"{pair_set.name} from {label}", leave=False, disable=None):
             tried = matcher.share(pairs)
             attempts = [attempt(matcher, pair, pair_set.gate) for pair in tried]
             shares[matcher.name][label] = float(found(tried, attempts).mean())

@@ -28,6 +28,7 @@ from labkit.support.arrays import FloatArray
 
 SPLITS = ("tuning", "reporting")
 GATE = 0.5  # m
+SET_POINTS = 500_000  # of all targets of a set: five of 100,000
 MAX_STEP, MAX_TURN = 0.3, math.radians(10.0)  # of a simulated robot between two scans
 GUESS_STD = 0.05, 0.05, math.radians(2.0)  # how far off a simulated guess is: x, y, angle
 RANGE_MAX = 30.0  # m, so that a room is always seen whole
@@ -98,9 +99,10 @@ def ray_pairs(
 
     The robot moves by up to 0.3 m and 10° between two of them, and the guess is off by
     5 cm along either axis and 2° (standard deviations). Without an order, the points of
-    the very same sweeps are shuffled and lose their beams.
+    the very same sweeps are shuffled and lose their beams. Sets of long sweeps have fewer pairs.
     """
     lidar = Lidar(beam_count=beams, field_of_view=math.radians(degrees), range_max=RANGE_MAX)
+    count = min(count, SET_POINTS // beams)
     pairs = tuple(islice(_swept(lidar, split_rng(split, beams)), count))
     if not ordered:
         pairs = tuple(_shuffled(pair, split_rng(split, 1)) for pair in pairs)

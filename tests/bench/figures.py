@@ -1,4 +1,4 @@
-"""The figures of the benchmark's page; marks and strokes tell matchers apart without colour."""
+"""The figure of the benchmark's page; marks tell matchers apart without colour."""
 
 from __future__ import annotations
 
@@ -16,25 +16,23 @@ COLUMNS = 2
 PANEL, LEGEND = 2.35, 1.1  # inches
 MARKS = ("s", "^", "v", "D", "P", "X", "<", ">", "*", "h", "p", "8", "d")
 TICKS = (1.0, 2.0, 5.0)  # of each decade
-STROKES = ("-", "--", "-.", ":")
 
 
 def matcher_styles(names: list[str]) -> dict[str, dict[str, Any]]:
-    """A mark and a stroke for each matcher; labkit's own, its history aside, are filled."""
+    """A mark for each matcher; labkit's own are filled."""
     peers = [name for name in names if not _own(name)]
     styles: dict[str, dict[str, Any]] = {}
     for name in names:
-        own, filled = _own(name), _own(name) and "history" not in name
+        own = _own(name)
         index = 0 if own else peers.index(name)
         color = (BLUE if "line" in name else BLACK) if own else GREY
         styles[name] = {
             "marker": ("o" if "line" in name else "s") if own else MARKS[index % len(MARKS)],
             "color": color,
-            "markerfacecolor": color if filled else "white",
+            "markerfacecolor": color if own else "white",
             "markeredgecolor": color if own else BLACK,
             "markersize": 8.0 if own else 6.5,
-            "linestyle": "-" if filled else STROKES[1 + index % 3],
-            "linewidth": 2.0 if own else 0.9,
+            "linestyle": "none",
             "zorder": 3.0 if own else 2.0,
         }
     return styles
@@ -55,33 +53,14 @@ def error_time_figure(results: dict[str, Any]) -> Figure:
         for name, score in each["matchers"].items():
             error = score["translation_mm"]["median"]
             if name in styles and error is not None:
-                style = styles[name] | {"linestyle": "none"}
-                ax.plot(score["time_ms"]["median"], error, **style)
+                ax.plot(score["time_ms"]["median"], error, **styles[name])
         _log_axes(ax)
         ax.set_title(each["title"], fontsize="medium")
         ax.set_xlabel("time [ms a pair]")
         ax.set_ylabel("error [mm]")
     for ax in axes[len(sets) :]:
         ax.set_visible(False)
-    _legend(figure, styles, lines=False)
-    return figure
-
-
-def growth_figure(results: dict[str, Any]) -> Figure:
-    """Median time against the number of points."""
-    growth = results["growth"]
-    styles = matcher_styles(_names(results))
-    figure = book_figure(4.6 + LEGEND)
-    ax = figure.subplots()
-    for name, times in growth["time_ms"].items():
-        known = [(n, t) for n, t in zip(growth["points"], times, strict=True) if t is not None]
-        ax.plot(*zip(*known, strict=True), **styles[name])
-    _log_axes(ax)
-    ax.set_title("Growth with the number of points", fontsize="medium")
-    ax.set_xlabel("points a scan")
-    ax.tick_params(axis="x", labelrotation=30)
-    ax.set_ylabel("time [ms a pair]")
-    _legend(figure, styles, lines=True)
+    _legend(figure, styles)
     return figure
 
 
@@ -89,7 +68,7 @@ def _names(results: dict[str, Any]) -> list[str]:
     names: dict[str, None] = {}
     for each in results["sets"].values():
         names |= dict.fromkeys(each["matchers"])
-    return list(names | dict.fromkeys(results.get("growth", {}).get("time_ms", {})))
+    return list(names)
 
 
 def _saw_all(result: dict[str, Any], name: str) -> bool:
@@ -112,10 +91,7 @@ def _log_axes(ax: Axes) -> None:
     style_grid(ax)
 
 
-def _legend(figure: Figure, styles: dict[str, dict[str, Any]], *, lines: bool) -> None:
+def _legend(figure: Figure, styles: dict[str, dict[str, Any]]) -> None:
     """One legend for all panels, below them."""
-    handles = [
-        Line2D([], [], label=name, **(style if lines else style | {"linestyle": "none"}))
-        for name, style in styles.items()
-    ]
+    handles = [Line2D([], [], label=name, **style) for name, style in styles.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)

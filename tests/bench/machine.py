@@ -11,7 +11,16 @@ from pathlib import Path
 
 import labkit
 
-PACKAGES = ("numpy", "scipy", "open3d", "small-gicp", "kiss-icp", "fricp-cpp", "simpleicp")
+PACKAGES = (
+    "numpy",
+    "scipy",
+    "open3d",
+    "small-gicp",
+    "kiss-icp",
+    "fricp-cpp",
+    "simpleicp",
+    "karto-scanmatcher",
+)
 CPU_INFO = Path("/proc/cpuinfo")
 
 

@@ -30,13 +30,12 @@ from tqdm import tqdm
 
 from basin import basin
 from data import SPLITS, PairSet, lesson_pairs, ray_pairs
-from growth import SIZES, growth
 from labkit.support.files import atomic_write
 from machine import describe_machine, describe_versions, today
 from peers import Matcher, load_matchers
 from recorded import killian_pairs, surveyed_pairs
 from scoring import score
-from tables import basin_text, growth_text, set_text
+from tables import basin_text, set_text
 from timing import CLOCKS, measure
 
 SETS: dict[str, Callable[[str, int], PairSet]] = {
@@ -44,12 +43,15 @@ SETS: dict[str, Callable[[str, int], PairSet]] = {
     "rays-180": partial(ray_pairs, beams=180, degrees=180.0),
     "rays-360": partial(ray_pairs, beams=360),
     "rays-1000": partial(ray_pairs, beams=1000, degrees=270.0),
+    "rays-20000": partial(ray_pairs, beams=20_000),
+    "rays-100000": partial(ray_pairs, beams=100_000),
     "rays-360-unordered": partial(ray_pairs, beams=360, ordered=False),
+    "rays-20000-unordered": partial(ray_pairs, beams=20_000, ordered=False),
     "killian": killian_pairs,
 }
 BASIN_SETS = ("rays-360", "killian")
-PAIRS, ROUNDS, LARGEST = 200, 3, SIZES[-1]
-QUICK_PAIRS, QUICK_ROUNDS, QUICK_LARGEST = 20, 1, 2_000
+PAIRS, ROUNDS = 200, 3
+QUICK_PAIRS, QUICK_ROUNDS = 20, 1
 
 
 def main() -> int:
@@ -79,9 +81,6 @@ def main() -> int:
         candidates = SETS[name](args.split, 3 * args.pairs)  # many lack structure
         results["basins"][name] = basin(matchers, candidates, args.pairs)
         print(basin_text(results["basins"][name]), flush=True)
-    if args.growth:
-        results["growth"] = growth(matchers, args.split, args.rounds, args.largest, args.clock)
-        print(growth_text(results["growth"]), flush=True)
     if args.out:
         with atomic_write(args.out) as file:
             file.write(to_json(results) + "\n")
@@ -136,7 +135,6 @@ def _parse() -> argparse.Namespace:
         "--clock", choices=CLOCKS, default="wall", help="`processor` is for a busy machine"
     )
     parser.add_argument("--no-basin", dest="basin", action="store_false")
-    parser.add_argument("--no-growth", dest="growth", action="store_false")
     parser.add_argument("--quick", action="store_true", help="few pairs, one round, to try it out")
     parser.add_argument("--out", type=Path, metavar="FILE", help="the results as JSON")
     args = parser.parse_args()
@@ -147,7 +145,6 @@ def _parse() -> argparse.Namespace:
         )
     args.pairs = args.pairs or (QUICK_PAIRS if args.quick else PAIRS)
     args.rounds = args.rounds or (QUICK_ROUNDS if args.quick else ROUNDS)
-    args.largest = QUICK_LARGEST if args.quick else LARGEST
     return args
 
 

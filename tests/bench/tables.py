@@ -1,4 +1,4 @@
-"""Results as text: a table for each set, the basins and the growth."""
+"""Results as text: a table for each set, and the basins."""
 
 from __future__ import annotations
 
@@ -35,11 +35,6 @@ def basin_rows(basin: dict[str, Any]) -> list[list[str]]:
     ]
 
 
-def growth_rows(column: dict[str, list[float | None]]) -> list[list[str]]:
-    """A row for each matcher: milliseconds a pair at each number of points."""
-    return [[name, *(number(value, ".2f") for value in times)] for name, times in column.items()]
-
-
 def set_text(result: dict[str, Any]) -> str:
     """One set for a terminal."""
     title = f"{result['title']}: {result['pairs']} pairs, gate {result['gate']} m"
@@ -51,16 +46,6 @@ def basin_text(basin: dict[str, Any]) -> str:
     starts = next(iter(basin["shares"].values()))
     title = f"basin, {basin['title']}: {basin['pairs']} pairs"
     return f"{title}\n{table(['matcher', *starts], basin_rows(basin))}\n"
-
-
-def growth_text(growth: dict[str, Any]) -> str:
-    """The growth for a terminal."""
-    header = ["ms a pair", *(f"{size:,}" for size in growth["points"])]
-    parts = {"in beam order": "time_ms", "shuffled": "shuffled_ms"}
-    return "\n".join(
-        f"growth with the number of points, {order}\n{table(header, growth_rows(growth[key]))}\n"
-        for order, key in parts.items()
-    )
 
 
 def number(value: float | None, form: str) -> str:

@@ -77,9 +77,11 @@ def measure(matchers: Sequence[Matcher], pair_set: PairSet, rounds: int) -> dict
     runs = {
         matcher.name: Run(attempts=[[] for _ in matcher.share(pair_set.pairs)])
         for matcher in matchers
+        if matcher.share(pair_set.pairs)
     }
+    matchers = [matcher for matcher in matchers if matcher.name in runs]
     for matcher in matchers:
-        for pair in pair_set.pairs[:WARM_UP]:
+        for pair in matcher.share(pair_set.pairs)[:WARM_UP]:
             attempt(matcher, pair, pair_set.gate)
     turns = deque(matchers)
     for number in range(rounds):

@@ -10,6 +10,7 @@ from labkit import IcpParameters, Scan, icp
 from labkit.odometry import OdometryParameters
 from labkit.support.arrays import FloatArray
 
+TAKES_SCANS = True
 POINT_TO_LINE = OdometryParameters().icp
 PEERS_STOP = 1e-3  # [m] and [rad]: where KISS-ICP, MRPT and small_gicp end, too
 # As small_gicp's ICP: all pairs within the gate count, and count alike.
@@ -33,15 +34,6 @@ def point_to_point(
 ) -> tuple[FloatArray, int]:
     """Distances to the target's points, of all pairs alike: at the error of its peers."""
     return _match(source, target, T_init, _with_gate(POINT_TO_POINT, gate))
-
-
-def with_quality(
-    source: Scan, target: Scan, T_init: FloatArray, gate: float
-) -> tuple[FloatArray, int]:
-    """The same by lines, and all that a result tells when it is asked."""
-    result = icp(source, target, T_init, _with_gate(POINT_TO_LINE, gate))
-    assert result.inlier_count == result.history[-1].inlier_count
-    return result.T_target_source, result.iterations
 
 
 @cache

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from labkit import Scan
 from labkit.support.arrays import FloatArray
 
 MAX_ITERATIONS = 60
@@ -17,6 +18,12 @@ RMSE_TOLERANCE = 1e-7  # m
 KEPT_FRACTION = 0.85
 HUBER_DELTA = 0.20  # m
 MIN_PAIRS = 3
+MOST_POINTS = 20_000  # 100,000 take more than ten seconds
+
+
+def can_match(scan: Scan) -> bool:
+    """Whether a pair takes no more than a few seconds."""
+    return len(scan) <= MOST_POINTS
 
 
 def lesson(

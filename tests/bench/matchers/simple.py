@@ -8,16 +8,22 @@ from contextlib import redirect_stdout
 import numpy as np
 from simpleicp import PointCloud, SimpleICP
 
-from labkit import to_xytheta
+from labkit import Scan, to_xytheta
 from labkit.support.arrays import FloatArray
 from matchers.space import drop_transform, wall
 
 COLUMNS = ["x", "y", "z"]
 SLOW = True  # a good second a pair
+MOST_POINTS = 2_000  # 5,000 take many seconds
 WALL_HEIGHT = 0.1  # m
 MAX_ITERATIONS = 60
 IN_PLANE = (np.inf, np.inf, 0.0, 0.0, 0.0, np.inf)  # weights that fix roll, pitch and z
 SILENCE = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - as long as the process
+
+
+def can_match(scan: Scan) -> bool:
+    """Whether a pair takes no more than a few seconds."""
+    return len(scan) <= MOST_POINTS
 
 
 def match(
