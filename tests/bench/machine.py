@@ -59,8 +59,11 @@ def _cpu_model() -> str:
 
 
 def _labkit_version() -> str:
-    commit = _output("git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty")
-    return f"{labkit.__version__} ({commit})" if commit else labkit.__version__
+    """With the last commit that changed it: later ones leave what was measured as it is."""
+    package = Path(labkit.__file__).parent
+    commit = _output("git", "-C", str(package), "log", "-1", "--format=%h", "--", ".")
+    dirty = "-dirty" if _output("git", "-C", str(package), "status", "--porcelain", ".") else ""
+    return f"{labkit.__version__} ({commit}{dirty})" if commit else labkit.__version__
 
 
 def _output(*command: str) -> str:
