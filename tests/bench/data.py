@@ -28,7 +28,7 @@ from labkit.support.arrays import FloatArray
 
 SPLITS = ("tuning", "reporting")
 GATE = 0.5  # m
-SET_POINTS = 500_000  # of all targets of a set: five of 100,000
+SET_POINTS = 300_000  # of all targets of a set: three of 100,000
 MAX_STEP, MAX_TURN = 0.3, math.radians(10.0)  # of a simulated robot between two scans
 GUESS_STD = 0.05, 0.05, math.radians(2.0)  # how far off a simulated guess is: x, y, angle
 RANGE_MAX = 30.0  # m, so that a room is always seen whole
