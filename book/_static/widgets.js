@@ -33,12 +33,6 @@
     if (!models.has(id)) models.set(id, modelOf(values));
     const { default: widget } = await moduleOf(values);
     await widget.render({ model: models.get(id), el: area });
-    giveRoomBack(area, 3);
-  };
-  // The room that is kept for a widget goes some frames later, when its canvases have their sizes.
-  const giveRoomBack = (area, frames) => {
-    if (frames === 0) area.classList.remove("widget-waiting");
-    else requestAnimationFrame(() => giveRoomBack(area, frames - 1));
   };
 
   document.addEventListener("DOMContentLoaded", () => {
@@ -58,8 +52,7 @@
       const values = states[id]?.state;
       if (!values?._esm) continue;
       for (const name of ["_esm", "_css"]) values[name] = texts[values[name]] ?? values[name];
-      const area = document.createElement("div");
-      area.className = "widget-subarea widget-waiting";
+      const area = Object.assign(document.createElement("div"), { className: "widget-subarea" });
       view.replaceWith(area);
       waiting.set(area, () => draw(area, id, values));
     }

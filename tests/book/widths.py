@@ -40,7 +40,7 @@ SCROLL_ONCE = """async wait => {
     const isNear = widget => widget.getBoundingClientRect().top < 2 * innerHeight;
     const pause = async () => {
         do await new Promise(done => setTimeout(done, wait));
-        while ([...document.querySelectorAll(".widget-waiting")].some(isNear));
+        while ([...document.querySelectorAll(".widget-subarea:empty")].some(isNear));
     };
     await pause();
     for (let top = 0; top < document.documentElement.scrollHeight; top += innerHeight / 2) {
