@@ -37,15 +37,15 @@ class Target:
     def __init__(self, scan: Scan | ArrayLike, normals: ArrayLike | None = None) -> None:
         self.scan = as_scan(scan, "target", minimum=1)
         self._given = None
-        self._part: tuple[tuple[float, bool], FloatArray] | None = None
+        self._is_part = False
         if normals is not None:
             self._given = read_only(as_normals(normals, "normals", len(self.scan), gaps=True))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Prepare the target anew where it is unpickled: its arrays are read-only there, too."""
-        if self._part is None:
-            return Target, (self.scan, self._given)
-        return _part_of_target, (self.scan, self._given, *self._part)
+        if self._is_part:
+            return _part_of_target, (self.scan, self._given, self._width, self.points)
+        return Target, (self.scan, self._given)
 
     def __repr__(self) -> str:
         return f"<Target of {len(self.scan)} points>"
@@ -107,7 +107,7 @@ def _part_of_target(
 ) -> Target:
     """A target with the lines and the points on them that a larger one had."""
     part = Target(scan, normals)
-    part._part = width, points
+    part._is_part = True
     part._width = width
     part._lines = part.normals, read_only(points)
     return part
