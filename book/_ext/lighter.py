@@ -1,4 +1,7 @@
-"""Lighter pages: the icons that are used, pictures as WebP, a widget's module once a page."""
+"""Lighter pages: the icons that are used, pictures as WebP, a widget's module once a page.
+
+Each picture says its size, so that what stands below it does not move when it comes.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,8 @@ ICONS = "icons.css"
 STATE = re.compile(
     r'(<script type="application/vnd.jupyter.widget-state\+json">)(.*?)(?=</script>)', re.S
 )
+IMAGE = re.compile(r'<img [^>]*\bsrc="[^"]*_images/([^"/]+)"[^>]*>')
+SVG_SIZE = re.compile(r'<svg [^>]*?\bwidth="(\d+)"[^>]*?\bheight="(\d+)"')
 FONTS = {"solid-900": ("Font Awesome 6 Free", 900), "brands-400": ("Font Awesome 6 Brands", 400)}
 BASE = """:root { --fa-font-solid: normal 900 1em/1 "Font Awesome 6 Free"; } /* of titles */
 .fa-solid, .fas, .fa-brands, .fab { display: inline-block; line-height: 1; text-rendering: auto; }
@@ -75,7 +80,23 @@ def change_pictures(folder: Path, pages: dict[Path, str]) -> None:
         list(pool.map(_as_webp, folder.glob("*.png")))
     for path, html in pages.items():
         page = re.sub(rf"({folder.name}/[\w.-]+)\.png", r"\1.webp", html)
+        page = IMAGE.sub(lambda tag: with_size(tag[0], folder / tag[1]), page)
         path.write_text(STATE.sub(lambda match: match[1] + say_once(match[2]), page), "utf-8")
+
+
+def with_size(tag: str, picture: Path) -> str:
+    """The tag of an image with its size in pixels, unless it has one or the file tells none."""
+    if re.search(r'\b(width|style)="', tag):
+        return tag
+    if picture.suffix == ".svg":
+        told = SVG_SIZE.search(picture.read_text("utf-8"))
+        if told is None:
+            return tag
+        width, height = told.groups()
+    else:
+        with Image.open(picture) as image:
+            width, height = map(str, image.size)
+    return tag.replace("<img ", f'<img width="{width}" height="{height}" ', 1)
 
 
 def say_once(script: str) -> str:

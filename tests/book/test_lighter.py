@@ -2,7 +2,9 @@
 
 import json
 
-from lighter import say_once
+import pytest
+from lighter import say_once, with_size
+from PIL import Image
 
 MODULE = "export const end = '</script>';"
 
@@ -24,3 +26,20 @@ def test_the_state_of_a_page_that_an_earlier_build_wrote_stays():
     script = say_once(json.dumps({"state": {"a": {"state": {"_esm": MODULE}}}}))
 
     assert say_once(script) == script
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("drawn.svg", '<img width="66" height="56" alt="a" src="../_images/drawn.svg">'),
+        ("seen.webp", '<img width="4" height="3" alt="a" src="../_images/seen.webp">'),
+        ("inches.svg", '<img alt="a" src="../_images/inches.svg">'),
+    ],
+)
+def test_a_picture_says_its_size_where_its_file_does(tmp_path, name, expected):
+    (tmp_path / "drawn.svg").write_text('<svg viewBox="0 0 9 9" width="66" height="56">', "utf-8")
+    (tmp_path / "inches.svg").write_text('<svg width="2in" height="1in">', "utf-8")
+    Image.new("L", (4, 3)).save(tmp_path / "seen.webp")
+
+    assert with_size(f'<img alt="a" src="../_images/{name}">', tmp_path / name) == expected
+    assert with_size(expected, tmp_path / name) == expected
