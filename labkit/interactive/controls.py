@@ -1,4 +1,4 @@
-"""What a reader sets on a widget: one entry for each parameter, which Python and the page read."""
+"""The settings of a widget: one entry for each parameter, which Python and the page read."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Control:
     values: tuple[float | str | None, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """What the page knows of it: with label, explanation and unit of the parameter."""
+        """The entry as the page has it: with label, explanation and unit of the parameter."""
         (words,) = (field.metadata for field in fields(IcpParameters) if field.name == self.name)
         return {"name": self.name, "kind": self.kind, "values": self.values, **words}
 

@@ -96,7 +96,7 @@ class Arrays(NamedTuple):
         return fields
 
     def contents(self) -> list[Content]:
-        """What the arrays are read as."""
+        """The arrays, each with the use that is made of it."""
         return [
             Content(name, f"array {np.shape(self.arrays[name])}", self._use(column))
             for name, column in self.columns.items()

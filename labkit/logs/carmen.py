@@ -74,7 +74,7 @@ def read(source: Source) -> Reading:
 
 
 def _use(word: str) -> str:
-    """What lines of a first word are read as; nothing for those of another scanner."""
+    """The use of lines of a first word; none for those of another scanner."""
     if word in {"FLASER", "ROBOTLASER1"}:
         return "scans"
     return "" if "LASER" in word else "left aside"

@@ -1,4 +1,4 @@
-"""What a caller says of a log: it goes before what the file says."""
+"""The options of a caller who knows a log: they go before what the file says."""
 
 from __future__ import annotations
 

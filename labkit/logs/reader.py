@@ -1,4 +1,4 @@
-"""What a format is: how it is recognised, which options it can use, and how it is read.
+"""A format of logs: how it is recognised, which options it can use, and how it is read.
 
 One file holds one format, as a `Reader`; `labkit.logs.read_log.READERS` lists them.
 """

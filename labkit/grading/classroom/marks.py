@@ -277,7 +277,7 @@ def _read_lines(path: Path) -> list[tuple[int, Row]]:
 
 
 def _read_decision(item: str, cell: str, comment: str, maximum: float, location: str) -> Decision:
-    """What a line decides; `LabkitError` where that is unclear."""
+    """Read the decision of a line; `LabkitError` where that is unclear."""
     if cell.lower() == EXCUSED and item not in ("late", "bonus", *set(RULES) - {"written"}):
         return Decision(None, comment, is_excused=True)
     if not cell and comment:

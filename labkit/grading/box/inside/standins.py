@@ -17,7 +17,7 @@ STANDING_IN = {"google", "jupyterquiz", "labkit", "nbgrader", "otter"}
 
 
 class NoNumber:
-    """What no calculation takes: each way to calculate with it raises its error."""
+    """A value for no calculation: each way to calculate with it raises its error."""
 
     _error: BaseException
 
