@@ -40,7 +40,6 @@ class LiveFigure extends View {
     this.live();
     this.follow(["values"]);
     this.trail = [];
-    this.update();
   }
 
   leave() {

@@ -5,7 +5,8 @@ import { keepToItself } from "./controls.js";
 
 const SYNC_DELAY_MS = 120; // ms of rest before Python is told
 
-// Views build `root`, draw it in `update`, and end in `leave` what still runs.
+// Views build `root`, draw it in `update`, and end in `leave` what still runs. They are drawn once
+// they stand in the page, so that what is below moves once and not again when canvases have sizes.
 export class View {
   constructor(model, signal) {
     Object.assign(this, { model, signal });
@@ -49,7 +50,9 @@ export class View {
 export const widgetOf = (viewOf) => ({
   render({ model, el }) {
     const controller = new AbortController();
-    el.append(new (viewOf(model))(model, controller.signal).root);
+    const view = new (viewOf(model))(model, controller.signal);
+    el.append(view.root);
+    view.update();
     return () => controller.abort();
   },
 });
