@@ -14,6 +14,8 @@ from typing import Any
 
 from playwright.sync_api import Page
 
+from tests.book.widget_page import promised
+
 READY = "() => window.jupyterapp?.restored.then(() => true)"
 OPEN = """async path => {
     const app = window.jupyterapp;
@@ -103,9 +105,9 @@ def _address(folder: Path, server: subprocess.Popen[bytes], log: Path) -> str:
 @contextmanager
 def notebook_read(page: Page, name: str) -> Iterator[str]:
     """Open a notebook; yield its text as drawn, which needs a kernel; close it in the end."""
-    page.evaluate(OPEN, name)
+    promised(page, OPEN, name)
     page.wait_for_function(DRAWN, polling=200)
     try:
         yield "\n".join(page.evaluate(TEXTS))
     finally:
-        page.evaluate(CLOSE)
+        promised(page, CLOSE)

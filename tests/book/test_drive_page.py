@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 
 from labkit.interactive import drive
 from tests.book.mouse import finger, middle
-from tests.book.widget_page import copied_link, enter, run_until, settle
+from tests.book.widget_page import copied_link, enter, repeat_until, run_until, settle
 
 # Whether a disc of a robot's size is filled there with the colour of the robot.
 FILLED = """part => {
@@ -188,9 +188,12 @@ def test_a_hand_drives_and_places_are_recognised(show, window):
 
     point("Start", 0.1, -0.1)
     rounds = cycle([(-0.15, -0.1), (-0.2, 0.1), (0.1, 0.15), (0.1, -0.1)])
-    while score(page)[0] < 8:
+
+    def on() -> None:
         point("Move", *next(rounds))
         page.clock.run_for(700)
+
+    repeat_until(lambda: score(page)[0] >= 8, on, "8 m driven")
     point("End", 0.1, -0.1)
     run_until(page, ".icp-drive > .icp-spoken", "m driven")  # at rest
     page.emulate_media(reduced_motion="reduce")  # it slides at once

@@ -22,7 +22,7 @@ from tests.book.jupyterlab_page import (
     jupyterlab,
     notebook_read,
 )
-from tests.book.widget_page import PATIENCE, settle
+from tests.book.widget_page import PATIENCE, promised, repeat_until, settle
 
 pytestmark = pytest.mark.pages
 
@@ -109,7 +109,7 @@ def test_text_is_drawn_as_in_the_book_and_answers_are_folded(page, lab, name):
 def test_every_kind_of_widget_lives(page):
     """Buys what no kernel alone can show: messages, focus and mouse, all together."""
     with notebook_read(page, "widgets.ipynb"):
-        page.evaluate(RUN_ALL)
+        promised(page, RUN_ALL)
         assert page.evaluate(ERRORS) == []
         explorers = page.locator(".icp-explorer:visible").all()
         assert len(explorers) == 3
@@ -124,9 +124,9 @@ def test_a_notebook_that_was_saved_shows_its_widgets_on_another_day(tmp_path, in
     """Buys the second day: another server, no kernel that knows the widgets, nothing run."""
     write_widgets(tmp_path / "widgets.ipynb")
     with in_jupyterlab(tmp_path) as page, notebook_read(page, "widgets.ipynb"):
-        page.evaluate(RUN_ALL)
+        promised(page, RUN_ALL)
         page.locator(".icp-explorer:visible").nth(2).wait_for()
-        page.evaluate(SAVE)
+        promised(page, SAVE)
 
     with in_jupyterlab(tmp_path) as page, notebook_read(page, "widgets.ipynb"):
         page.locator(".icp-explorer:visible").nth(2).wait_for()
@@ -156,5 +156,9 @@ def play_with(page: Page, explorer: Locator) -> None:
     page.keyboard.press("ArrowRight")  # JupyterLab must not take it for a move between cells
     expect(explorer.locator("[data-readout='shown']")).to_contain_text("the guess")
     explorer.get_by_label("gate").press("Home")
-    while explorer.get_by_label("overlap ρ").get_attribute("aria-valuetext") != "0.50":
-        page.evaluate(RUN_LAST)  # until the kernel knows of the gate, once the slider is at rest
+    overlap = explorer.get_by_label("overlap ρ")
+    repeat_until(
+        lambda: overlap.get_attribute("aria-valuetext") == "0.50",
+        lambda: promised(page, RUN_LAST),
+        "a gate that the kernel knows, and a page with its result",
+    )

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page, expect
 from students_edition import without_staff_pages
 
 import labkit
-from tests.book.widget_page import UNDRAWN, come_back, opened
+from tests.book.widget_page import UNDRAWN, come_back, opened, promised
 
 WRITTEN_HERE = "BOOK_HTML" not in os.environ
 DOCUMENTED = labkit.logs, labkit.odometry, labkit.evaluation, labkit.simulation, labkit.plotting
@@ -111,14 +111,14 @@ def page(browser: Browser, html: Path) -> Iterator[Page]:
 def test_a_page_needs_no_network_draws_all_it_holds_and_has_no_barrier(browser, html, name):
     """Buys what only a browser tells; each page is opened once, from a folder."""
     with visit(browser, html.as_uri(), name) as page:
-        assert page.evaluate(UNDRAWN) == []
+        assert promised(page, UNDRAWN) == []
         page.evaluate(ONE_OF_A_COLOUR)
         page.evaluate(AXE)
-        assert page.evaluate(BARRIERS, None) == []
+        assert promised(page, BARRIERS) == []
         if name in IN_THE_DARK:
             page.emulate_media(color_scheme="dark", reduced_motion="reduce")
             expect(page.locator("html")).to_have_attribute("data-theme", "dark")
-            assert page.evaluate(BARRIERS, OF_A_THEME) == []
+            assert promised(page, BARRIERS, OF_A_THEME) == []
         draws_all_it_holds(page)
         fits_a_telephone(page)
 
@@ -182,7 +182,7 @@ def test_the_search_finds_the_place_that_answers(browser, html):
             assert sum("glossary" in each for each in first[:2]) < 2, question
         assert page.locator("[id=search-input]").count() == 1
         page.evaluate(AXE)
-        assert page.evaluate(BARRIERS, None) == []
+        assert promised(page, BARRIERS) == []
     with visit(browser, html.as_uri(), "notebooks/02_alignment") as page:
         page.keyboard.press("Control+k")
         page.locator(".search-button__search-container input").fill("how do I submit")
@@ -219,7 +219,7 @@ def test_the_first_page_stands_still_and_its_first_screen_holds_the_toy(
             assert box["y"] + box["height"] < height, part
         page.evaluate(SHIFT)
         page.locator(".map-live canvas").wait_for()
-        page.evaluate(AT_REST)  # the scan has beckoned
+        promised(page, AT_REST)  # the scan has beckoned
         assert page.evaluate("() => window.shift") < STILL
 
 
@@ -269,7 +269,7 @@ def test_a_telephone_folds_the_api_and_a_link_opens_its_own_fold(browser, html):
     with opened(browser, address, viewport={"width": 390, "height": 844}) as page:
         page.evaluate(AXE)
 
-        assert page.evaluate(BARRIERS, None) == []
+        assert promised(page, BARRIERS) == []
         assert page.locator("dl.py details").count() > 50
         expect(page.locator("dl.py details[open]")).to_have_count(1)
         expect(page.locator(f"[id='{place}']")).to_be_in_viewport()

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from anywidget import AnyWidget
 from ipywidgets.embed import embed_data
@@ -53,6 +55,19 @@ def written_page(widget: AnyWidget, folder: Path) -> str:
     return page.as_uri()
 
 
+def promised(page: Page, script: str, arg: object = None) -> Any:
+    """What a script promises, by the end of the page's patience; `page.evaluate` knows no end."""
+    return page.wait_for_function(f"async arg => [await ({script})(arg)]", arg=arg).json_value()[0]
+
+
+def repeat_until(is_there: Callable[[], bool], act: Callable[[], object], what: str) -> None:
+    """Act until it is there; once the patience is at its end, say for what."""
+    end = time.monotonic() + PATIENCE / 1000.0
+    while not is_there():
+        assert time.monotonic() < end, f"waited {PATIENCE / 1000.0:g} s for {what}"
+        act()
+
+
 def settle(page: Page) -> None:
     """Let the page draw what has happened."""
     page.evaluate("() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
@@ -86,8 +101,10 @@ def film(page: Page, duration: int, canvas: str = ".icp-plane") -> list[str]:
 
 def run_until(page: Page, place: str, words: str) -> None:
     """Move a page's clock by hand until these words stand there."""
-    while words not in page.locator(place).inner_text():
-        page.clock.run_for(FRAME)
+    there = page.locator(place)
+    repeat_until(
+        lambda: words in there.inner_text(), lambda: page.clock.run_for(FRAME), f"{words!r}"
+    )
 
 
 def enter(page: Page, address: str) -> None:
@@ -139,8 +156,8 @@ def opened(
     page.on("pageerror", lambda e: complaints.append(str(e)))
     page.goto(address)
     if by_hand:
-        while not page.locator(sign).count():
-            page.clock.run_for(FRAME)
+        there = page.locator(sign)
+        repeat_until(lambda: there.count() > 0, lambda: page.clock.run_for(FRAME), sign)
     elif sign:
         page.locator(sign).first.wait_for()
     else:

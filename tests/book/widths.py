@@ -19,7 +19,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from tests.book.widget_page import PATIENCE
+from tests.book.widget_page import PATIENCE, promised
 from tests.tools.installed import program
 
 WIDTHS = (390, 768, 992, 1024, 1280, 1366, 1440)  # of a window [px]
@@ -36,19 +36,9 @@ WATCH_SHIFTS = """() => {
         }
     }).observe({ type: "layout-shift", buffered: true });
 }"""
-SCROLL_ONCE = """async wait => {
-    const isNear = widget => widget.getBoundingClientRect().top < 2 * innerHeight;
-    const pause = async () => {
-        do await new Promise(done => setTimeout(done, wait));
-        while ([...document.querySelectorAll(".widget-subarea:empty")].some(isNear));
-    };
-    await pause();
-    for (let top = 0; top < document.documentElement.scrollHeight; top += innerHeight / 2) {
-        scrollTo({ top, behavior: "instant" });
-        await pause();
-    }
-    await new Promise(done => setTimeout(done, 500));
-}"""
+TO = "top => scrollTo({ top, behavior: 'instant' })"
+IS_NEAR_DRAWN = """() => [...document.querySelectorAll(".widget-subarea:empty")]
+    .every(widget => widget.getBoundingClientRect().top >= 2 * innerHeight)"""
 OVERFLOW = """() => new Promise(done => requestAnimationFrame(() => setTimeout(
     () => done(document.documentElement.scrollWidth - document.documentElement.clientWidth))))"""
 
@@ -76,13 +66,20 @@ def overflows(page: Page) -> dict[int, int]:
     pixels = {}
     for width in WIDTHS:
         page.set_viewport_size({"width": width, "height": HEIGHTS.get(width, 800)})
-        pixels[width] = page.evaluate(OVERFLOW)
+        pixels[width] = promised(page, OVERFLOW)
     return pixels
 
 
 def jumps(page: Page) -> float:
     """Layout shift of an open page that is scrolled once, `WATCH_SHIFTS` being told before."""
-    page.evaluate(SCROLL_ONCE, WAIT_MS)
+    top, end = 0, 1
+    while top < end:
+        page.evaluate(TO, top)
+        page.wait_for_timeout(WAIT_MS)
+        page.wait_for_function(IS_NEAR_DRAWN, polling=WAIT_MS)
+        top += page.viewport_size["height"] // 2
+        end = page.evaluate("() => document.documentElement.scrollHeight")
+    page.wait_for_timeout(500)
     return sum(value for value, *_ in page.evaluate("() => window.shifts"))
 
 
