@@ -41,26 +41,14 @@ class Time:
         self.in_full = in_full
         self.left = (60.0 if in_full else 2.0) * call
         self.experiments = 2.0 * call  # left for all statements that define nothing
+        self.importing = 3.0 * call  # for an import: some packages are large
+        self.cells = 10.0 * call + MORE  # for all together, as the grader waits for them
+        self.patient_call = 5.0 * call  # of a function that is right in all visible cases
 
     @property
     def is_over(self) -> bool:
         """True if nothing is left."""
         return self.left <= 0.0
-
-    @property
-    def importing(self) -> float:
-        """For an import: some packages are large."""
-        return 3.0 * self.call
-
-    @property
-    def cells(self) -> float:
-        """For all cells together, as the grader waits for them."""
-        return 10.0 * self.call + MORE
-
-    @property
-    def patient_call(self) -> float:
-        """For a call that ran out of time where others were right."""
-        return 5.0 * self.call
 
     def charge_box(self, used: float) -> None:
         """Take off what a box used; its start costs, too, so that none is started for ever."""
