@@ -43,7 +43,7 @@ T = TypeVar("T")
 ENDED = "the program ended"
 PACKAGE = Path(__file__).resolve().parents[2]
 OWN = str(PACKAGE / "grading/box/inside")
-OWN_FONTS = "/box/matplotlib"
+OWN_FONTS = "/box/matplotlib"  # its list of fonts takes long to make
 SYSTEM = ("/usr", "/lib", "/lib64", "/etc/ld.so.cache", "/etc/alternatives")
 # Above people, below the users that systemd gives to services; each grader in an order of its own.
 USERS = itertools.cycle(random.sample(range(50_000, 60_000), 10_000))
@@ -90,6 +90,7 @@ def open_wall(
     hidden: tuple[str | Path, ...] = (), seconds: float = SECONDS, *, isolation: bool = True
 ) -> Wall:
     """The strongest wall that works here; `LabkitError` where none does, with what to do."""
+    compileall.compile_dir(OWN, quiet=2)  # once here, and not in each box
     if not isolation and os.name == "posix":
         return Wall("none", seconds=seconds)
     reasons = []
@@ -133,17 +134,19 @@ class Box:
         user = find_unused_user() if os.geteuid() == 0 and wall.mode != "none" else 0
         settings = {"seconds": seconds, "user": user, "wall": wall.mode}
         command = [os.path.realpath(sys.executable), "-I", "-S", "-B", "-X", "utf8", "-c"]
-        above = os.path.dirname(compile_folder())
+        above = os.path.dirname(OWN)
         command += [COMMAND.format(above=above, paths=packages()), json.dumps(settings)]
+        fonts = os.environ.get("MPLCONFIGDIR", tempfile.gettempdir())  # one where it may write
         if wall.mode == "bubblewrap":
             command = [*bubblewrap(wall), *command]
+            fonts = OWN_FONTS
         self._channel, theirs = socket.socketpair()
         self._channel.settimeout(LOOK)
         try:
             with theirs:
                 self.process = subprocess.Popen(
                     command,
-                    env=ENVIRONMENT | {"MPLCONFIGDIR": find_fonts(wall)},
+                    env=ENVIRONMENT | {"MPLCONFIGDIR": fonts},
                     cwd="/",
                     stdin=theirs.fileno(),
                     stdout=theirs.fileno(),
@@ -250,23 +253,6 @@ def bubblewrap(wall: Wall) -> list[str]:
         command += ["--perms", "0777", "--dir", OWN_FONTS]
         command += ["--ro-bind", str(fonts), f"{OWN_FONTS}/{fonts.name}"]
     return [*command, "--remount-ro", "/dev", "--remount-ro", "/", "--chdir", "/box", "--"]
-
-
-def find_fonts(wall: Wall) -> str:
-    """The folder of matplotlib's list of fonts, which it wants to be one where it may write.
-
-    Where a box can make no file, a shared one does, and holds the list if somebody made it.
-    """
-    if wall.mode == "bubblewrap":
-        return OWN_FONTS
-    return os.environ.get("MPLCONFIGDIR", tempfile.gettempdir())
-
-
-@cache
-def compile_folder() -> str:
-    """Compile what runs in the box, once here and not in each box; return its folder."""
-    compileall.compile_dir(OWN, quiet=2)
-    return OWN
 
 
 @cache
