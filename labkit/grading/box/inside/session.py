@@ -77,7 +77,7 @@ class Session:
         spaces = dict[str, Any]()  # after the last cell that defines a function, by its name
         self.space.update({name: standins.StandIn(name) for name in ("display", "get_ipython")})
         self.space["np"] = np
-        self.space |= {name: self.make_slot(name, undefined(name)) for name in functions}
+        self.space |= {name: Slot(name, undefined(name), self.lent) for name in functions}
         time.sleep = lambda _: None  # who draws step by step waits for nobody here
         random.seed(0)  # graded again, a submission draws the same
         np.random.seed(0)  # noqa: NPY002
@@ -101,9 +101,7 @@ class Session:
             with self.within(time_left.call):
                 nodes, faults = parsing.statements(source, label)
         except BaseException as error:
-            return (
-                f"{label} cannot be parsed, so nothing in it counts: {self.describe_error(error)}"
-            )
+            return f"{label} cannot be parsed, so nothing in it counts: {describe_error(error)}"
         self.faults |= faults
         fault = f"{next(iter(faults.values()))}: it is left out" if faults else ""
         for node in nodes:
@@ -118,7 +116,7 @@ class Session:
                 with self.within(limit):
                     self.run(node, label)
             except BaseException as error:
-                reason = self.describe_error(error)
+                reason = describe_error(error)
                 fault = fault or f"{label} did not run to its end: {reason}"
                 names = parsing.names_bound(node)
                 self.faults |= {
@@ -162,7 +160,7 @@ class Session:
         is_own = callable(value) and type(value) not in (standins.StandIn, Slot)
         if name not in self.functions or not is_own:
             return value
-        space[name] = slot = self.make_slot(name, value)
+        space[name] = slot = Slot(name, value, self.lent)
         function = getattr(value, "__func__", value)  # of a method
         if getattr(function, "__globals__", None) is space:
             for other, holder in list(space.items()):
@@ -171,13 +169,9 @@ class Session:
                     self.uses[other].add(name)
                 for attribute, part in [*vars(holder).items()] if isinstance(holder, type) else []:
                     if getattr(part, "__func__", part) is function:
-                        setattr(holder, attribute, self.make_slot(name, part))
+                        setattr(holder, attribute, Slot(name, part, self.lent))
                         self.uses[attribute].add(name)
         return slot
-
-    def make_slot(self, name: str, own: Any) -> Slot:
-        """A function that right ones can stand in for."""
-        return Slot(name, own, self.lent)
 
     def run_script(self, source: str, name: str, module: types.ModuleType) -> None:
         """Run a script as the module that imports it.
@@ -231,25 +225,21 @@ class Session:
         random.seed(0)
         np.random.seed(0)  # noqa: NPY002
         for arguments in calls:
-            answer = self.call(function, arguments, seconds)
-            self.tell(**answer)
-            if answer.get("status") == "too long":  # the others would take as long
+            values = [data.from_json(argument) for argument in arguments]
+            try:
+                with self.within(seconds):
+                    answer = call_function(self.space[function], values, find_place)
+            except OutOfTime:  # the others would take as long
+                self.tell(status="too long")
                 break
+            self.tell(**answer)
 
-    def call(self, function: str, arguments: list[Any], seconds: float) -> dict[str, Any]:
-        """Call it once within the time for a call; its value, or how it ended."""
-        values = [data.from_json(argument) for argument in arguments]
-        try:
-            with self.within(seconds):
-                return call_function(self.space[function], values, find_place)
-        except OutOfTime:
-            return {"status": "too long"}
 
-    def describe_error(self, error: BaseException) -> str:
-        """The error in a line, with the place in the student's code."""
-        if isinstance(error, OutOfTime):
-            return str(error)
-        return data.describe_error(error) + find_place(error)
+def describe_error(error: BaseException) -> str:
+    """The error in a line, with the place in the student's code."""
+    if isinstance(error, OutOfTime):
+        return str(error)
+    return data.describe_error(error) + find_place(error)
 
 
 def find_place(error: BaseException) -> str:
