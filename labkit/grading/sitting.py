@@ -11,7 +11,7 @@ from labkit.grading.box.inside.limits import MAX_PROGRAM, READING, Time, waiting
 from labkit.grading.box.inside.reading import Program
 from labkit.grading.box.outside import PACKAGE, Box, Wall
 from labkit.grading.box.watch import BoxError, BoxTimeout
-from labkit.grading.judge.compare import is_readable, is_right
+from labkit.grading.judge.compare import is_readable
 from labkit.grading.judge.verdict import Outcome, Status, clean_text, read_outcome
 from labkit.grading.questions import Case, Question
 
@@ -98,47 +98,9 @@ class Sitting:
         """The outcomes of some cases of one question, all visible or all hidden.
 
         Right functions in `lent` stand in for the student's; those `in_form` answer as they do.
-        A call that takes too long ends them. It is asked again, alone and with more time, where
-        the function is `trusted` or was right in all cases before it.
+        A call that takes too long ends them; it has more time where the function is `trusted`.
+        What hung before, by itself or in what it calls, is not called.
         """
-        outcomes = self._call(question, cases, state, lent=lent, in_form=in_form)
-        for case, outcome in zip(cases, outcomes, strict=True):
-            is_returned = outcome.status is Status.RETURNED
-            if not case.hidden and is_returned and is_readable(question, outcome.value):
-                self.readable.add(question.function)
-        place = next(
-            (k for k, outcome in enumerate(outcomes) if outcome.status is Status.TOO_LONG), None
-        )
-        if place is None:
-            return outcomes
-        earlier = zip(cases, outcomes[:place], strict=False)
-        are_right = all(is_right(question, case, outcome.value) for case, outcome in earlier)
-        if are_right and (trusted or place > 0):
-            self.hung.discard((question.function, state, frozenset(lent)))
-            for k in range(place, len(cases)):
-                (outcomes[k],) = self._call(
-                    question,
-                    cases[k : k + 1],
-                    state,
-                    lent=lent,
-                    in_form=in_form,
-                    seconds=self.time.patient_call,
-                )
-                if outcomes[k].status is Status.TOO_LONG:
-                    break
-        return outcomes
-
-    def _call(
-        self,
-        question: Question,
-        cases: Sequence[Case],
-        state: int,
-        *,
-        lent: Mapping[str, str],
-        in_form: Collection[str],
-        seconds: float = 0.0,
-    ) -> list[Outcome]:
-        """Send cases to the box; what hung before, by itself or in what it calls, is not called."""
         name = question.function
         if self.box is None:
             self.run()
@@ -149,7 +111,7 @@ class Sitting:
             return [Outcome(status=Status.TOO_LONG, tried=False)] * len(cases)
         is_hidden = any(case.hidden for case in cases)
         self.is_sealed |= is_hidden
-        seconds = seconds or self.time.call
+        seconds = self.time.patient_call if trusted else self.time.call
         outcomes = list[Outcome]()
         try:
             calls = [[data.to_json(argument) for argument in case.arguments] for case in cases]
@@ -167,6 +129,9 @@ class Sitting:
         last = outcomes[-1]
         untried = replace(last, tried=last.status is not Status.TOO_LONG)
         outcomes += [untried] * (len(cases) - len(outcomes))
+        for outcome in () if is_hidden else outcomes:
+            if outcome.status is Status.RETURNED and is_readable(question, outcome.value):
+                self.readable.add(name)
         if last.status in (Status.TOO_LONG, Status.KILLED):
             self.hung.add((name, state, frozenset(lent)))
             self.readable.discard(name)  # nobody waits for its form
