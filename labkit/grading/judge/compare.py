@@ -64,7 +64,13 @@ def assess(
         points=question.points,
         score=round(question.points * share, 2),
         cases=tuple(
-            _case_verdict(case, outcome, fault, is_said)
+            CaseVerdict(
+                id=case.id,
+                hidden=case.hidden,
+                passed=not fault,
+                reason=f"{_capitalise(case.about)}: {fault}" if fault and not is_said else "",
+                status=outcome.status,
+            )
             for case, outcome, fault in zip(cases, told, faults, strict=True)
         ),
         misconception=mistake.id if mistake else None,
@@ -101,14 +107,6 @@ def find_fault(question: Question, case: Case, outcome: Outcome) -> str:
     got = _settle_ties(got, expected, question, case)
     summary, *details = sentences(question, case, got, expected)
     return " ".join([summary, *map(_capitalise, details)])
-
-
-def _case_verdict(case: Case, outcome: Outcome, fault: str, is_said: bool) -> CaseVerdict:
-    """The verdict on one call; its fault is left out where the question's message says it."""
-    reason = f"{_capitalise(case.about)}: {fault}" if fault and not is_said else ""
-    return CaseVerdict(
-        id=case.id, hidden=case.hidden, passed=not fault, reason=reason, status=outcome.status
-    )
 
 
 def recognise(
