@@ -109,16 +109,8 @@ def make_marks(
 def _nothing(student: str, name: str, assignment: Assignment) -> SubmissionVerdict:
     """The verdict on a student who handed in nothing."""
     questions = [
-        QuestionVerdict(
-            question=question.id,
-            title=question.title,
-            points=question.points,
-            score=0.0,
-            cases=(),
-            misconception=None,
-            message="",
-        )
-        for question in assignment.questions
+        QuestionVerdict(question=asked.id, title=asked.title, points=asked.points, score=0.0)
+        for asked in assignment.questions
     ]
     return SubmissionVerdict(
         student=student,
@@ -128,7 +120,6 @@ def _nothing(student: str, name: str, assignment: Assignment) -> SubmissionVerdi
         score=0.0,
         points=assignment.points,
         notes=("Nothing was handed in.",),
-        seconds=0.0,
         is_graded=False,
     )
 
@@ -187,6 +178,9 @@ def _adjust(verdict: SubmissionVerdict, days: float, adjustments: Adjustments) -
         questions=tuple(questions),
         is_graded=(verdict.is_graded or is_given) and not is_excused and points > 0.0,
         is_excused=is_excused,
+        is_waiting=worth > 0.0
+        and written.value is None
+        and not (written.is_excused or is_excused),
         score=round(score + (bonus or 0.0), 2),
         points=points,
         late=days,
@@ -207,19 +201,6 @@ def late_percent(days: float, adjustments: Adjustments) -> float:
     if step:
         counted = step * math.ceil(counted / step - 1e-9)
     return min(counted * rule(adjustments, "late_percent"), rule(adjustments, "late_cap", 100.0))
-
-
-def find_waiting(marks: Collection[SubmissionVerdict], adjustments: Adjustments) -> list[str]:
-    """The students whose written answers have no points yet, where these are worth some."""
-    if not rule(adjustments, "written"):
-        return []
-    read = {
-        student
-        for (student, item), decision in adjustments.items()
-        if (item == "written" and (decision.value is not None or decision.is_excused))
-        or (item == "all" and decision.is_excused)
-    }
-    return [mark.student for mark in marks if mark.student not in read]
 
 
 def read_adjustments(

@@ -15,7 +15,6 @@ from labkit.grading.classroom.marks import (
     EXCUSED,
     Adjustments,
     Roster,
-    find_waiting,
     make_group_marks,
     make_marks,
 )
@@ -102,7 +101,7 @@ class Results:
         )
         yield Remark(
             "got no points for written answers yet, and so no row in a gradebook",
-            find_waiting(marks, self.adjustments),
+            [mark.student for mark in marks if mark.is_waiting],
             f"Give them in {self.out}/reading.html, or say {EXCUSED!r} in {self.out}/{BY_HAND}",
         )
         yield Remark(
@@ -130,8 +129,7 @@ class Results:
 
     def _fill_books(self, marks: Sequence[SubmissionVerdict]) -> Iterator[Remark]:
         """Fill in the gradebooks; remarks on rows that are missing or hold something."""
-        waiting = set(find_waiting(marks, self.adjustments))
-        ready = [mark for mark in marks if mark.student not in waiting]
+        ready = [mark for mark in marks if not mark.is_waiting]
         for name, book in self.books.items():
             unlisted, occupied, locked = book.fill(ready, self.out / name, overwrite=self.overwrite)
             yield Remark(f"got no row in {name}, as the gradebook has none", unlisted)

@@ -103,9 +103,9 @@ class QuestionVerdict:
     title: str
     points: float
     score: float
-    cases: tuple[CaseVerdict, ...]
-    misconception: str | None  # id of the known mistake that explains all wrong answers
-    message: str  # what to tell the student of the whole
+    cases: tuple[CaseVerdict, ...] = ()
+    misconception: str | None = None  # id of the known mistake that explains all wrong answers
+    message: str = ""  # what to tell the student of the whole
     replaced: tuple[str, ...] = ()  # functions that right ones stood in for, with a better score
 
     @property
@@ -134,12 +134,13 @@ class SubmissionVerdict:
     questions: tuple[QuestionVerdict, ...]
     score: float
     points: float
-    notes: tuple[str, ...]  # what else the student should know
-    seconds: float  # the only part that differs from run to run
+    notes: tuple[str, ...] = ()  # what else the student should know
+    seconds: float = 0.0  # the only part that differs from run to run
     unread: tuple[str, ...] = ()  # what was not read, and why
     late: float = 0.0  # days
     is_graded: bool = True  # False where no code could be read, and nobody gave points
     is_excused: bool = False  # by an instructor: there is no mark
+    is_waiting: bool = False  # for points of written answers, which are worth some
     adjustments: tuple[str, ...] = ()  # what an instructor changed
 
     @property
