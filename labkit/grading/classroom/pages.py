@@ -124,7 +124,6 @@ def write_reading(
     """Write ``reading.html`` with all hand-ins."""
     script = SCRIPT.read_text(encoding="utf-8")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    saved = out / BY_PAGE
     page = (
         templates()
         .get_template("reading.html")
@@ -132,7 +131,6 @@ def write_reading(
             assignment=assignment,
             columns=",".join(HEADER),
             digest=digest,
-            draft=hashlib.sha256(saved.read_bytes() if saved.exists() else b"").hexdigest()[:16],
             file=BY_PAGE,
             hand_ins=[
                 _hand_in(record, adjustments, assignment, roster)
@@ -156,28 +154,27 @@ def _hand_in(
         if definition := re.match(r"\s*def\s+(\w+)|(\w+)\s*=", line):
             places[definition[1] or definition[2]] = number
 
-    def field(item: str, title: str, maximum: float, machine: float | None) -> dict[str, Any]:
+    def field(item: str, title: str, maximum: float) -> dict[str, Any]:
         decision = adjustments.get((verdict.student, item), Decision(None))
         return {
             "item": item,
             "title": title,
             "maximum": maximum,
-            "machine": machine,
             "decision": decision,
             "is_by_hand": decision != Decision(None) and not decision.is_by_page,
         }
 
     questions = [
         {
-            **field(question.question, question.title, question.points, question.score),
+            **field(question.question, question.title, question.points),
             "verdict": question,
             "line": places.get(assignment.question(question.question).function),
         }
         for question in verdict.questions
     ]
     worth = rule(adjustments, "written")
-    others = [field("written", "Written answers", worth, None)] if worth else []
-    others += [field("bonus", "Bonus", 0.0, None), field("all", "The whole assignment", 0.0, None)]
+    others = [field("written", "Written answers", worth)] if worth else []
+    others += [field("bonus", "Bonus", 0.0), field("all", "The whole assignment", 0.0)]
     people = [roster.names[id] for id in roster.members(verdict.student) if id in roster.names]
     return {
         "student": verdict.student,
