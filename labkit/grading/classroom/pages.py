@@ -105,7 +105,7 @@ def _summary(
     }
     return {
         "asked": question,
-        "counts": {"full": full, "some": len(verdicts) - full - none, "none": none},
+        "counts": (full, len(verdicts) - full - none, none),
         "mean": statistics.fmean([verdict.score / verdict.points for verdict in verdicts] or [0.0]),
         "cases": [(about.get(id, id), passes[id] / count, count) for id, count in attempts.items()],
         "mistakes": [
