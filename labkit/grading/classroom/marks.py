@@ -178,9 +178,7 @@ def _adjust(verdict: SubmissionVerdict, days: float, adjustments: Adjustments) -
         questions=tuple(questions),
         is_graded=(verdict.is_graded or is_given) and not is_excused and points > 0.0,
         is_excused=is_excused,
-        is_waiting=worth > 0.0
-        and written.value is None
-        and not (written.is_excused or is_excused),
+        is_waiting=worth > 0.0 and written.value is None and not (written.is_excused or is_excused),
         score=round(score + (bonus or 0.0), 2),
         points=points,
         late=days,

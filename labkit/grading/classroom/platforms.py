@@ -2,26 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from pathlib import Path
-from typing import NamedTuple, Protocol
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
 
-from labkit.grading.classroom.gradebooks import Person, Unfilled, read_canvas, read_moodle
-from labkit.grading.classroom.nbgrader import read_nbgrader
-from labkit.grading.judge.verdict import SubmissionVerdict
+from labkit.grading.classroom.gradebooks import Gradebook, read_canvas, read_moodle
+from labkit.grading.classroom.nbgrader import NbgraderBook, read_nbgrader
 
-
-class Book(Protocol):
-    """A gradebook that can be filled in."""
-
-    @property
-    def people(self) -> Mapping[str, Person]:
-        """Its students, by their names on the platform."""
-
-    def fill(
-        self, marks: Iterable[SubmissionVerdict], out: Path, *, overwrite: bool = False
-    ) -> Unfilled:
-        """Write it with the marks, and list those whose row is left out."""
+Book: TypeAlias = Gradebook | NbgraderBook
 
 
 class Platform(NamedTuple):
