@@ -46,6 +46,36 @@ def test_a_mistake_has_its_name_and_loses_points(assignment, entry, one):
     assert exists(one.chapter or question.chapter)
 
 
+ONE_CONDITION = {  # mistakes that leave all other conditions of their question as they are
+    "has_converged": "signed_turn signed_cost each_axis x_alone closed one_more one_less "
+    "budget_met_exactly no_budget no_cost no_turn",
+    "is_plausible": "signed_turn each_axis squared_shift x_alone nan_passes strict no_shift "
+    "no_turn no_ratio no_residual",
+    "integrate": "not_wrapped wrapped_to_full_turn half_open from_zero",
+    "align_svd": "all_signs first_sign",
+    "overlap": "no_minimum",
+    "distance_gate": "strict",
+    "huber_weights": "whole_numbers",
+    "icp_step": "strict_gate",
+    "inlier_rmse": "zero_for_none",
+}
+
+
+@pytest.mark.parametrize("name", ONE_CONDITION)
+def test_a_condition_that_is_dropped_costs_its_own_group_alone(assignment, name):
+    question, cases = assignment.question(name), assignment.cases(name)
+    groups = {case.group or case.id for case in cases if case.hidden}
+
+    scores = {
+        mistake: min(assess(question, cases, outcomes).score for outcomes in ways)
+        for mistake in ONE_CONDITION[name].split()
+        if (ways := outcomes_of(mistake, cases))
+    }
+
+    kept = pytest.approx(question.points * (1.0 - 1.0 / len(groups)), abs=0.01)
+    assert scores == dict.fromkeys(ONE_CONDITION[name].split(), kept)
+
+
 @pytest.mark.parametrize(("entry", "one"), MISTAKES, ids=NAMES)
 def test_the_stored_answers_are_those_of_the_mistake(assignment, entry, one):
     """On any processor: what ends elsewhere on another one is not stored."""

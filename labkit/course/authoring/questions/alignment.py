@@ -242,8 +242,10 @@ The answer is to be a rotation all the same: the best one there is.
     "whole numbers": _whole,
 }, hidden={
     "a wide turn": _pairs(8, BACK),
-    "a mirror image, turned to the left": _pairs(10, LEFT, mirrored=True),
-    "a mirror image after a wide turn": _pairs(10, WIDE, mirrored=True),
+    "mirror images": {
+        "a mirror image, turned to the left": _pairs(10, LEFT, mirrored=True),
+        "a mirror image after a wide turn": _pairs(10, WIDE, mirrored=True),
+    },
     "whole numbers": _whole,
 }, mistakes={
     "reflection_kept": ("A mirror image yields a reflection: correct the determinant of V Uᵀ "

@@ -59,7 +59,7 @@ def _ending(
     rng: Rng,
     step: float,
     turn: float,
-    cost: float = -0.01,
+    cost: float = 0.01,
     iteration: int = 10,
     heading: float | None = None,
     half_turn: bool = False,
@@ -80,7 +80,7 @@ def _ending(
 
 def _ending_at(step: float, cost: float) -> Exact:
     """A step whose shift, or change of cost, may be the tolerance itself."""
-    dT = labkit.transform(EPS_T * step, 0.0, 0.2 * EPS_PSI)
+    dT = labkit.transform(EPS_T * step, 0.0, 0.0)
     return Exact((dT, cost, 10, EPS_T, EPS_PSI, EPS_COST, K_MAX))
 
 
@@ -131,7 +131,7 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
 """, oracle=_has_converged, visible={
     "a small step": _ending(0.3, 0.3, iteration=1),
     "a tiny step": _ending(0.04, 0.04, iteration=2),
-    "a long step": _ending(90.0, 90.0, cost=0.01),
+    "a long step, and a cost that falls": _ending(90.0, 90.0, cost=-0.01),
     "a cost that stands still": _ending(90.0, 90.0, cost=1e-7),
     "a shift, but no turn": _ending(60.0, 0.1, cost=5e-4),
     "no shift, but a turn to the right": _ending(0.1, -1.6),
@@ -154,22 +154,18 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
         "a step aslant, just below both tolerances": _ending(0.9, 0.8, heading=math.pi / 4),
         "a small step to the left": _ending(0.7, 0.3, cost=-0.02, heading=math.pi / 2),
         "a small step, first iteration": _ending(0.5, 0.6, cost=-0.03, iteration=1, heading=-0.4),
-        "a shift to the left in the last but one iteration":
-            _ending(50.0, 0.1, cost=5e-4, iteration=49, heading=math.pi / 2),
-        "a shift to the right in the last but one iteration":
-            _ending(6.0, 0.2, iteration=49, heading=-math.pi / 2),
+        "a shift to the left": _ending(50.0, 0.1, cost=5e-4, heading=math.pi / 2),
+        "a shift to the right": _ending(6.0, 0.2, heading=-math.pi / 2),
         "a shift aslant": _ending(1.3, 0.2, heading=math.pi / 4),
         "a shift of a few tolerances": _ending(7.0, 0.1, heading=math.pi),
-        "a step and a turn that are too long": _ending(3.0, -4.0, cost=-4e-6),
-        "a shift exactly at its tolerance": _ending_at(1.0, 0.01),
+        "a step and a turn that are too long": _ending(3.0, -4.0, cost=4e-6),
     },
     "the rotation": {
         "a step aslant, back, and most of the turn": _ending(0.8, -0.9, heading=-0.75 * math.pi),
         "a small step back in the second iteration":
             _ending(0.6, -0.7, cost=0.02, iteration=2, heading=math.pi),
-        "a turn to the right without a shift": _ending(0.2, -60.0, cost=-5e-4),
-        "half a turn to the right in the last but one iteration":
-            _ending(0.2, 0.6, iteration=49, half_turn=True),
+        "a turn to the right without a shift": _ending(0.2, -60.0, cost=5e-4),
+        "half a turn on the spot": _ending(0.2, 0.6, half_turn=True),
         "a turn to the left in the first iteration": _ending(0.1, 40.0, cost=0.02, iteration=1),
         "half a turn on the spot, to the right": _ending(0.3, 0.4, half_turn=True),
     },
@@ -177,8 +173,13 @@ the cost stands still ($|\Delta J| < \varepsilon_J$); the budget is spent ($k \g
         "a cost that rose by next to nothing": _ending(80.0, 70.0, cost=2e-7),
         "a cost that fell by next to nothing": _ending(80.0, -70.0, cost=-2e-7),
         "a cost just below its tolerance": _ending(70.0, 60.0, cost=-8e-7),
+        "a cost that falls by much": _ending(60.0, -70.0, cost=-0.02),
+        "a cost that falls by a few tolerances": _ending(50.0, 80.0, cost=-4e-6),
+    },
+    "the tolerances themselves": {
+        "a shift exactly at its tolerance": _ending_at(1.0, 0.01),
+        "a shift a little below its tolerance": _ending_at(0.96875, 0.01),
         "a cost exactly at its tolerance": _ending_at(80.0, EPS_COST),
-        "a cost that fell by exactly its tolerance": _ending_at(70.0, -EPS_COST),
     },
     "the budget": {
         "the last iteration of the budget": _ending(80.0, 70.0, iteration=20, k_max=20),
@@ -269,6 +270,9 @@ left to you: the lesson does both.
     },
     "the weights": {
         "the weights alone": scans(24, OFF, 1.0, 0.1),
+    },
+    "the update": {
+        "no stage at work": scans(24, OFF, 1.0, OFF, turn=FAR),
     },
     "all of it": {
         "all stages at work": scans(30, 0.45, 0.75, 0.1),

@@ -25,21 +25,23 @@ HEADING = "wrap(psi + increment[2])"
 
 
 @recipe
-def _increments(rng: Rng, count: int, low: float, high: float) -> Arguments:
+def _increments(
+    rng: Rng, count: int, low: float, high: float, elsewhere: bool = False
+) -> Arguments:
     """Steps of some decimetres that turn by `low` to `high` [rad] each, and a start."""
     steps = rng.uniform((0.2, -0.3, low), (0.8, 0.3, high), (count, 3))
     start = [rng.number(1.0, 3.0), rng.number(-3.0, -1.0), rng.number(0.4, 1.5)]
-    return np.round(steps, 3), np.array(start)
+    return np.round(steps, 3), elsewhere * np.array(start)
 
 
 def _whole_increments(rng: Rng) -> Arguments:
     steps = np.column_stack([rng.integers(1, 4, 4), rng.integers(-2, 3, 4), [1, -1, 1, 1]])
-    return steps.astype(np.int64), np.array([2, -1, 1])
+    return steps.astype(np.int64), np.zeros(3, dtype=np.int64)
 
 
 def _half_turn(rng: Rng) -> Arguments:
     steps = np.array([[rng.number(0.2, 0.8), 0.3, math.pi], [rng.number(0.2, 0.8), -0.2, 0.4]])
-    return steps, np.array([rng.number(1.0, 3.0), -2.0, 0.0])
+    return steps, np.zeros(3)
 
 
 @recipe
@@ -83,16 +85,26 @@ Chain them to poses in the frame of the start. Headings are to lie in $(-\pi, \p
 """, oracle=labkits_integrate, visible={
     "ahead, a quarter turn, ahead": (
         np.array([[1.0, 0.0, math.pi / 2], [1.5, 0.0, 0.0]]), np.array([2, -1, 0])),
-    "a curve from another start": _increments(3, 0.2, 0.5),
+    "a curve from another start": _increments(3, 0.2, 0.5, elsewhere=True),
     "a loop past half a turn": _increments(5, 0.8, 0.9),
     "half a turn on the way": Exact(_half_turn),
     "increments given as whole numbers": _whole_increments,
 }, hidden={
-    "a loop past half a turn": _increments(8, 0.5, 0.9),
-    "a loop to the right past half a turn": _increments(9, -0.9, -0.6),
-    "one step": _increments(1, 0.2, 0.6),
-    "increments given as whole numbers": _whole_increments,
-    "half a turn on the way": Exact(_half_turn),
+    "the steps": {
+        "a curve from the origin": _increments(5, 0.2, 0.5),
+    },
+    "the start": {
+        "one step from another start": _increments(1, 0.2, 0.6, elsewhere=True),
+        "a curve from another start": _increments(3, 0.2, 0.5, elsewhere=True),
+    },
+    "whole numbers": {
+        "increments given as whole numbers": _whole_increments,
+    },
+    "the headings": {
+        "a loop past half a turn": _increments(8, 0.5, 0.9),
+        "a loop to the right past half a turn": _increments(9, -0.9, -0.6),
+        "half a turn on the way": Exact(_half_turn),
+    },
 }, mistakes={
     "world_frame": ("The increments are added in the world's frame: turn each by R(ψ_k).",
         [{"rotation(psi) @ increment": "increment"},
