@@ -65,10 +65,9 @@ class Roster(NamedTuple):
         return {*self.groups.values()} - self.names.keys()
 
     def members(self, student: str) -> list[str]:
-        """The members of a group; the student alone of any other name."""
-        if student not in self.teams:
-            return [student]
-        return [member for member, group in self.groups.items() if group == student]
+        """Whose mark a hand-in is: the members of a group, and of a student the student, too."""
+        members = [member for member, group in self.groups.items() if group == student]
+        return members if student in self.teams else list(dict.fromkeys([student, *members]))
 
 
 def make_marks(
@@ -206,8 +205,9 @@ def read_adjustments(
 ) -> Adjustments:
     """Read both tables in the folder `out`; an empty ``adjustments.csv`` is written for none.
 
-    A line may use either a student's id or the name for a person, as `names` has them; that of a
-    group holds for all members. A slip is refused, and costs no points.
+    A line may use either a student's id or the name for a person, as `names` has them. That of a
+    group holds for all members, and what is said of the hand-in of a student who handed in for
+    others holds for them. A slip is refused, and costs no points.
     """
     if not (out / BY_HAND).exists():
         write_rows(out / BY_HAND, HEADER, [])
@@ -231,7 +231,9 @@ def read_adjustments(
         )
         decision = _read_decision(item, cell, row.get("comment", ""), possible[item], location)
         decision = decision._replace(is_by_page=is_by_page)
-        for holder in {student, *roster.members(student)}:  # a group's own page tells it, too
+        is_personal = student not in roster.teams and item in ("bonus", "all")
+        members = [] if is_personal else roster.members(student)
+        for holder in {student, *members}:  # a group's own page tells it, too
             if (holder, item) in decisions:
                 raise LabkitError(
                     f"{location}: {item} of {holder!r} is set before, in "

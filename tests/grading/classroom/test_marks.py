@@ -287,6 +287,19 @@ def test_who_hands_in_for_others_keeps_the_mark(small):
     assert [(mark.student, mark.score) for mark in found] == [("ada", 5.0), ("emmy", 5.0)]
 
 
+def test_what_a_hand_in_is_given_holds_for_all_whose_it_is_and_an_excuse_for_one(small, tmp_path):
+    """A student hands in for another one: the page for reading knows the first name alone."""
+    roster = Roster({"ada": "Ada", "emmy": "Emmy"}, {"emmy": "ada"})
+    text = "student,what,value,comment\n*,written,4,\nada,written,3,\nada,bonus,1,\n"
+    (tmp_path / "adjustments.csv").write_text(f"{text}emmy,double,1,\n", encoding="utf-8")
+
+    adjustments = read_adjustments(tmp_path, read_assignment(small), NAMES, roster)
+    ada, emmy = make_marks({"ada": record("ada")}, adjustments, read_assignment(small), roster)
+
+    assert (ada.score, emmy.score) == (9.0, 7.0)
+    assert not emmy.is_waiting
+
+
 @pytest.mark.parametrize(
     ("handed_in", "message"),
     [
