@@ -126,13 +126,20 @@ def grade(args: argparse.Namespace) -> int:
     }
     os.umask(0o077)
     records = read_records(out)
+    if assignment.public and not all(record.is_public for record in records.values()):
+        raise LabkitError(
+            f"{out} holds marks by the cases of a secret: name it, --secret FILE, or choose "
+            f"another --out for marks by the cases that anyone can compute"
+        )
     people = {student: person for book in books.values() for student, person in book.people.items()}
     names = {student: record.verdict.submission for student, record in records.items()}
     names |= {submission.student: submission.name for submission in submissions}
-    for person in args.again:
-        records.pop(find_student(person, names, "--again: {} students"), None)
     roster = read_roster(out, names, {id: person.name for id, person in people.items()})
-    adjustments = read_adjustments(out, assignment, names | {**roster.names}, roster)
+    names |= roster.names
+    for person in args.again:
+        student = find_student(person, names, "--again: {} students")
+        records.pop(roster.groups.get(student, student), None)
+    adjustments = read_adjustments(out, assignment, names, roster)
     late = {student: person.late for student, person in people.items() if person.late is not None}
     late |= {
         group: late[student]

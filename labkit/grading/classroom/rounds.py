@@ -103,6 +103,7 @@ def make_record(
         code=replace_surrogates("\n\n".join(program.scripts.values())),
         written=replace_surrogates(program.written),
         late=late,
+        is_public=assignment.public,
     )
 
 

@@ -34,6 +34,7 @@ class Record:
     code: str  # all that was handed in
     written: str = ""  # answers in Markdown
     late: float = 0.0  # days, as the platform says
+    is_public: bool = True  # by hidden cases that anybody can compute
 
 
 def read_records(out: str | os.PathLike[str]) -> dict[str, Record]:

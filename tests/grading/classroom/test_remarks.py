@@ -1,8 +1,13 @@
 """What is odd on an instructor's day is said with a way out, and stands in the student's row."""
 
 import csv
+import json
+import shutil
+import sys
 from pathlib import Path
 
+from labkit.cli import main
+from labkit.grading.questions import FORMAT
 from tests.grading.classroom.test_handins import write
 from tests.grading.small import RIGHT, hand_in, scores
 
@@ -112,6 +117,10 @@ def test_a_student_is_graded_afresh_by_name(grade, tmp_path, capsys):
 
     changed = [path.stem for path, time in times.items() if path.stat().st_mtime_ns != time]
     assert changed == ["student00001"]
+    write(tmp_path, ["grades/roster.csv"], "student,name,group\nada,Ada L.,student00000\n")
+    assert grade("class", "--again", "Ada L.") == 0
+    changed = [path.stem for path, time in times.items() if path.stat().st_mtime_ns != time]
+    assert sorted(changed) == ["student00000", "student00001"]
     assert grade("class", "--again", "student00007") == 1
     assert "--again: no students are called 'student00007'; did you" in capsys.readouterr().err
 
@@ -122,3 +131,18 @@ def test_a_folder_with_such_a_table_alone_is_a_student(grade, tmp_path):
     assert grade("class") == 0
 
     assert scores() == {"ada": 5.0, "emmy": 5.0}
+
+
+def test_a_secret_that_is_forgotten_changes_no_mark(grade, small, tmp_path, monkeypatch, capsys):
+    hand_in(tmp_path / "class", 1)
+    assert grade("class") == 0
+    public = shutil.copytree(small, tmp_path / "public")
+    course = json.dumps({"format": FORMAT, "public": True, "right": {}})
+    (public / "hidden/course.json").write_text(course, encoding="utf-8")
+    monkeypatch.setattr(sys.modules["labkit.cli.main"], "FOLDER", public)
+
+    assert main(["grade", "class"]) == 1
+
+    assert (
+        "grades holds marks by the cases of a secret: name it, --secret" in capsys.readouterr().err
+    )
