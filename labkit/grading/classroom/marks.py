@@ -165,7 +165,8 @@ def _adjust(verdict: SubmissionVerdict, days: float, adjustments: Adjustments) -
     points = sum(question.points for question in questions) + worth * (not written.is_excused)
     late = decide("late", "Late", "counted as {:g} days").value
     days = days if late is None else late
-    if share := late_percent(days, adjustments):
+    share = late_percent(days, adjustments)
+    if share:
         unit = "day" if days == 1.0 else "days"
         remarks.append(f"{days:.3g} {unit} late: {share:.3g} % off {score:g} points.")
         score *= 1.0 - share / 100.0
@@ -181,6 +182,8 @@ def _adjust(verdict: SubmissionVerdict, days: float, adjustments: Adjustments) -
         score=round(score + (bonus or 0.0), 2),
         points=points,
         late=days,
+        late_percent=share,
+        bonus=bonus or 0.0,
         adjustments=tuple(remarks),
     )
 

@@ -1,7 +1,8 @@
 """nbgrader's gradebook takes the points of the questions, for its formgrader and its exports.
 
 It is a database of SQLite, written here as it stands: nbgrader pins other packages than the lab,
-and would run students' code to fill it. Lateness, bonus and written answers are left to nbgrader.
+and would run students' code to fill it. What lateness costs of these points is nbgrader's penalty
+of a notebook, and a bonus the extra credit of its first question. Written answers are nbgrader's.
 """
 
 from __future__ import annotations
@@ -43,9 +44,14 @@ SCORED = f"""
     AND notebook_id IN (SELECT submitted_notebook.id {HANDED_IN})
 """
 SCORE = f"""
-    INSERT INTO grade (id, notebook_id, cell_id, manual_score, needs_manual_grade)
-    SELECT {NEW_ID}, submitted_notebook.id, :cell, :score, 0 {HANDED_IN}
-    ON CONFLICT (cell_id, notebook_id) DO UPDATE SET manual_score = :score, needs_manual_grade = 0
+    INSERT INTO grade (id, notebook_id, cell_id, manual_score, extra_credit, needs_manual_grade)
+    SELECT {NEW_ID}, submitted_notebook.id, :cell, :score, :bonus, 0 {HANDED_IN}
+    ON CONFLICT (cell_id, notebook_id) DO UPDATE
+    SET manual_score = :score, extra_credit = :bonus, needs_manual_grade = 0
+"""
+PENALTY = f"""
+    UPDATE submitted_notebook SET late_submission_penalty = :penalty
+    WHERE id IN (SELECT submitted_notebook.id {HANDED_IN})
 """
 
 
@@ -71,11 +77,15 @@ class NbgraderBook(NamedTuple):
                     continue
                 for statement in HAND_IN:
                     database.execute(statement, of)
-                for question in mark.questions:
+                points = sum(question.score for question in mark.questions)
+                database.execute(PENALTY, of | {"penalty": points * mark.late_percent / 100.0})
+                for place, question in enumerate(mark.questions):
                     cell = self.cells.get(question.question)
                     if cell is None:
                         raise LabkitError(f"{self.path}: no cell for {question.title!r}; {RELEASE}")
-                    database.execute(SCORE, of | {"cell": cell, "score": question.score})
+                    bonus = mark.bonus if place == 0 else 0.0
+                    values = {"cell": cell, "score": question.score, "bonus": bonus}
+                    database.execute(SCORE, of | values)
             database.commit()
             with atomic_write(out, "wb") as file:
                 file.write(database.serialize())

@@ -138,6 +138,8 @@ class SubmissionVerdict:
     seconds: float = 0.0  # the only part that differs from run to run
     unread: tuple[str, ...] = ()  # what was not read, and why
     late: float = 0.0  # days
+    late_percent: float = 0.0  # what they cost
+    bonus: float = 0.0  # points on top
     is_graded: bool = True  # False where no code could be read, and nobody gave points
     is_excused: bool = False  # by an instructor: there is no mark
     is_waiting: bool = False  # for points of written answers, which are worth some

@@ -18,9 +18,10 @@ CREATE TABLE grade_cells (id VARCHAR PRIMARY KEY);
 CREATE TABLE submitted_assignment (
     id VARCHAR PRIMARY KEY, assignment_id, student_id, UNIQUE (assignment_id, student_id));
 CREATE TABLE submitted_notebook (
-    id VARCHAR PRIMARY KEY, assignment_id, notebook_id, UNIQUE (notebook_id, assignment_id));
-CREATE TABLE grade (id VARCHAR PRIMARY KEY, notebook_id, cell_id, manual_score, needs_manual_grade,
-    UNIQUE (cell_id, notebook_id));
+    id VARCHAR PRIMARY KEY, assignment_id, notebook_id, late_submission_penalty FLOAT,
+    UNIQUE (notebook_id, assignment_id));
+CREATE TABLE grade (id VARCHAR PRIMARY KEY, notebook_id, cell_id, manual_score, extra_credit,
+    needs_manual_grade, UNIQUE (cell_id, notebook_id));
 INSERT INTO student VALUES ('ada', 'Ada', 'Lovelace');
 INSERT INTO assignment VALUES ('a', 'lab1');
 INSERT INTO notebook VALUES ('n', 'a');
@@ -59,6 +60,18 @@ def test_who_has_a_mark_has_the_points_of_each_question(gradebook, tmp_path):
     assert book.people["ada"].name == "Ada Lovelace"
     assert scores(tmp_path / "out.db") == [("ada", "c", 1.5), ("new", "c", 2.0)]
     assert scores(gradebook) == []
+
+
+def test_lateness_and_bonus_go_where_nbgrader_keeps_them(gradebook, tmp_path):
+    """Its exports take the penalty off the sum of the points and the extra credit."""
+    late = mark("ada", 1.5, late_percent=20.0, bonus=1.0)
+
+    read_nbgrader(gradebook, "lab1").fill([late], tmp_path / "out.db")
+
+    with closing(sqlite3.connect(tmp_path / "out.db")) as database:
+        (credit,) = database.execute("SELECT extra_credit FROM grade").fetchone()
+        penalties = database.execute("SELECT late_submission_penalty FROM submitted_notebook")
+        assert (credit, penalties.fetchone()) == (1.0, (pytest.approx(0.3),))
 
 
 @pytest.mark.parametrize("overwrite", [False, True])
