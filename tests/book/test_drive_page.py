@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 from itertools import cycle
+from urllib.parse import parse_qs
 
+import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
@@ -12,6 +14,7 @@ from labkit.interactive import drive
 from tests.book.mouse import finger, middle
 from tests.book.widget_page import copied_link, enter, repeat_until, run_until, settle
 
+SCAN_PERIOD = 0.2  # [s]
 # Whether a disc of a robot's size is filled there with the colour of the robot.
 FILLED = """part => {
     const canvas = document.querySelector(".icp-stage canvas");
@@ -39,11 +42,21 @@ def page(show, window) -> Page:
     return show(drive(), ".icp-score", "#drive-corridor", **window)
 
 
-def score(page: Page) -> tuple[float, float]:
+def score(page: Page) -> tuple[float, float, int]:
+    """Metres driven, metres off, and the number of steps."""
     said = page.locator(".icp-score").inner_text()
-    words = r"(\d+) m driven, (\d+\.\d\d) m off, \d+\sof\s\d+\swrong"
-    metres, off = re.fullmatch(words, said).groups()
-    return float(metres), float(off)
+    words = r"(\d+) m driven, (\d+\.\d\d) m off, \d+\sof\s(\d+)\swrong"
+    metres, off, steps = re.fullmatch(words, said).groups()
+    return float(metres), float(off), int(steps)
+
+
+def copied_steps(page: Page) -> tuple[str, np.ndarray]:
+    """The link to a drive, and its steps: rows of Δx, Δy [m] and a turn [rad]."""
+    page.locator(".icp-advice").evaluate("node => (node.textContent = '')")
+    link = copied_link(page, "Copy link", ".icp-advice")
+    (numbers,) = parse_qs(link.partition("?")[2])["drive"]
+    thousandths = [int(number, 36) for number in numbers.split(".")]
+    return link, np.reshape(thousandths, (-1, 3)) / 1000.0
 
 
 def drive_on(page: Page, least: float) -> None:
@@ -67,25 +80,29 @@ def blue_within(page: Page, box: dict, stage: dict) -> bool:
 def test_in_a_corridor_only_wheels_tell_and_a_link_holds_the_drive(page):
     address = page.url.split("#")[0]
     drive_on(page, 4)
-    metres, off = score(page)
+    metres, off, count = score(page)
     assert off == pytest.approx(metres, abs=0.6)  # the blue robot never left
     advice = page.locator(".icp-advice")
     expect(advice).to_contain_text(re.compile(r"Scan \d+: the robot drove 0\.\d\d m and turned 0°"))
     expect(advice).to_contain_text("does not see a shift along (1.00, ")
-    link = copied_link(page, "Copy link", ".icp-advice")
+    link, steps = copied_steps(page)
+    assert count == len(steps)
+    seconds = f"{(count + 1) * SCAN_PERIOD:.0f} s"
     page.get_by_label("wheels").select_option("good")
     page.get_by_role("button", name="Start again").click()
     enter(page, link)
     expect(page.get_by_label("world")).to_have_value("Corridor")
-    beaten = re.compile(rf"To beat, in orange: {metres:.0f} m in \d+ s, {off:.2f} m off")
+    beaten = re.compile(rf"To beat, in orange: {metres:.0f} m in {seconds}, {off:.2f} m off")
     expect(advice).to_contain_text(beaten)  # by a replay: the link does not say it
     for nonsense in (
         "drive=%00.zz.-",
         "world=moon&drive=1",
         "world=Room&drive=rs.0.0",
+        "world=Room&wheels=toString&drive=1",
     ):  # is ignored
         enter(page, f"{address}#drive?{nonsense}")
         expect(page.locator(".icp-advice")).to_contain_text(re.compile("^Drive"))
+        expect(page.get_by_label("wheels")).to_have_value("none")
 
 
 def test_a_link_sets_dials_to_what_a_slider_can(page):
@@ -142,6 +159,24 @@ def test_a_finger_is_told_of_no_key_and_sees_a_corridor_as_wide_as_a_thumb(show)
         assert "Shift" not in page.locator(".icp-drive").inner_text()
 
     assert page.locator(".icp-stage canvas").bounding_box()["height"] > 200
+
+
+KEYS = {"ArrowUp": (1, 0), "w": (1, 0), "ArrowDown": (-1, 0), "s": (-1, 0)}  # ahead, left
+KEYS |= {"ArrowLeft": (0, 1), "a": (0, 1), "ArrowRight": (0, -1), "d": (0, -1)}
+
+
+def test_each_key_drives_its_own_way(show):
+    page = show(drive(), ".icp-score", "#drive-corridor", by_hand=True)  # it looks along x
+    for key, direction in KEYS.items():
+        page.get_by_role("button", name="Start again").click()
+        page.locator(".icp-stage canvas").focus()
+
+        page.keyboard.down(key)
+        page.clock.run_for(900)
+        page.keyboard.up(key)
+
+        x, _, turn = copied_steps(page)[1].sum(axis=0)
+        assert (np.sign(x), np.sign(turn)) == direction, key
 
 
 def test_with_shift_the_robot_drives_slowly(show):

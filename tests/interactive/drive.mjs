@@ -4,12 +4,14 @@ import { pathToFileURL } from "node:url";
 
 const {
   Odometry,
+  Robot,
   cast,
   decoded,
   encoded,
   floats,
   generator,
   isDriven,
+  isWrong,
   sayClosing,
   takeScan,
   toXYTheta,
@@ -17,7 +19,7 @@ const {
   wheelStep,
 } = await import(pathToFileURL(process.argv[2]));
 
-const { lidar, drives, steps, count } = JSON.parse(readFileSync(0, "utf8"));
+const { lidar, drives, steps, count, errors, walls } = JSON.parse(readFileSync(0, "utf8"));
 const answers = drives.map(({ segments, poses, parameters, noise }) => {
   const odometry = new Odometry(poses[0]);
   const setting = { segments: floats(segments), lidar, noise, parameters };
@@ -48,4 +50,11 @@ const closings = [
   [3, 2, 0.5],
   [2, 0.5, 2],
 ].map((closing) => sayClosing(...closing));
-process.stdout.write(JSON.stringify({ answers, drawn, closings }));
+const wrong = errors.map(isWrong);
+// How far a robot comes that drives along x for three seconds, beside or against a wall.
+const reached = walls.map((wall) => {
+  const robot = new Robot([0, 0, 0]);
+  for (let k = 0; k < 180; k++) robot.move(1 / 60, { ahead: 1, left: 0 }, Float64Array.from(wall));
+  return robot.pose;
+});
+process.stdout.write(JSON.stringify({ answers, drawn, closings, wrong, reached }));

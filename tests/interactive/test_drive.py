@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 from itertools import product
 
@@ -22,7 +23,10 @@ WITHOUT_NOISE = Lidar(beam_count=181, noise_std=0.0)
 WITH_NOISE = Lidar(beam_count=181, noise_std=0.03)
 MUCH_NOISE = Lidar(beam_count=181, noise_std=0.06)  # so much that two rounds drift
 NO_WHEEL_NOISE = WheelNoise(along=0.0, across=0.0, turn=0.0, drift=0.0)
+ERRORS = [[0.11, 0.0], [0.0, math.radians(5.1)], [0.09, math.radians(4.9)]]  # [m], [rad]
+WALLS = [[2.0, -1.0, 2.0, 1.0], [2.0, 0.5, 2.0, 3.0]]  # across the way along x, and beside it
 SPEED, TURN_RATE, SCAN_PERIOD = 2.5, 1.7, 0.2  # [m/s], [rad/s], [s] of the robot
+ROBOT_RADIUS = 0.28  # [m]
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +45,8 @@ def run_drive(tmp_path_factory):
             ],
             "steps": list(wheel_steps),
             "count": COUNT,
+            "errors": ERRORS,
+            "walls": WALLS,
         }
         return run_in_node("drive.mjs", Drive._esm, job, folder)
 
@@ -140,6 +146,17 @@ def test_what_a_recognised_place_gains_is_said(run_drive):
     assert nothing_gained == "1 scan recognised, and nothing gained: still 10.52 m off."
     assert better == "3 scans recognised: 2.00 m off before, 0.50 m now."
     assert worse.startswith("2 scans recognised, and the drive is worse: 0.50 m off before")
+
+
+def test_a_step_is_wrong_beyond_ten_centimetres_or_five_degrees(run_drive):
+    assert run_drive(WITHOUT_NOISE, [])["wrong"] == [True, True, False]
+
+
+def test_a_wall_stops_the_robot_and_ends_where_it_ends(run_drive):
+    at_wall, beside_wall = run_drive(WITHOUT_NOISE, [])["reached"]
+
+    assert at_wall == pytest.approx([2.0 - ROBOT_RADIUS, 0.0, 0.0], abs=1e-6)
+    assert beside_wall[0] > 4.0
 
 
 def test_wheels_err_as_the_simulator_s_do(run_drive):

@@ -80,6 +80,10 @@ export function decoded(encodedSteps, start) {
   return poses;
 }
 
+// Whether the match of a step is wrong, that errs by so much.
+export const isWrong = ([metres, radians]) =>
+  metres > WRONG_STEP_M_RAD[0] || radians > WRONG_STEP_M_RAD[1];
+
 // What was gained by closing a drive, that was so many metres off before and after.
 export function sayClosing(count, metresBefore, metresAfter) {
   if (!count) return "The scans recognise no place that the robot saw before.";
@@ -228,7 +232,7 @@ class DriveView extends View {
 
   // Set the wheels by their name; there are none of another name.
   choose(wheels) {
-    this.wheels = wheels in this.model.get("wheels") ? wheels : "none";
+    this.wheels = Object.hasOwn(this.model.get("wheels"), wheels) ? wheels : "none";
     this.dial.set(this.wheels);
   }
 
@@ -382,8 +386,7 @@ class DriveView extends View {
     const [T_before, now] = this.poses.slice(k - 1).map((pose) => transform(...pose));
     const step = compose(invert(T_before), now);
     const error = poseDifference(step, scan.step);
-    const isWrong = error[0] > WRONG_STEP_M_RAD[0] || error[1] > WRONG_STEP_M_RAD[1];
-    if (!isWrong) return;
+    if (!isWrong(error)) return;
     this.wrong.push(k);
     const size = error[0] / WRONG_STEP_M_RAD[0] + error[1] / WRONG_STEP_M_RAD[1];
     if (this.worst && size < 1.2 * this.worst.size) return; // it is read aloud, so not each of them
@@ -417,7 +420,9 @@ class DriveView extends View {
 
   hint() {
     if (this.off() < MIN_DRIFT_M) return this.at.hint;
-    return "No match is more than 10 cm or 5° off: small errors add up. Recognise places.";
+    const [cm, degrees] = [100 * WRONG_STEP_M_RAD[0], Math.round(WRONG_STEP_M_RAD[1] / DEGREE)];
+    const limits = `${cm} cm or ${degrees}°`;
+    return `No match is more than ${limits} off: small errors add up. Recognise places.`;
   }
 
   beat() {
