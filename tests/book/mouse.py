@@ -25,13 +25,14 @@ def drag(page: Page, start: Point, by: Point) -> None:
     page.mouse.up()
 
 
-def finger(page: Page) -> Callable[[str, float, float], None]:
-    """A function that lays a finger on the screen, moves it, and takes it off."""
+def finger(page: Page) -> Callable[..., None]:
+    """A function that lays a finger, or two, on the screen at x and y, moves and takes them off."""
     devtools = page.context.new_cdp_session(page)
 
-    def touch(kind: str, x: float, y: float) -> None:
-        points = [] if kind == "End" else [{"x": x, "y": y}]
-        told = {"type": f"touch{kind}", "touchPoints": points}
-        devtools.send("Input.dispatchTouchEvent", told)
+    def touch(kind: str, *places: float) -> None:
+        pairs = zip(places[::2], places[1::2], strict=True)
+        points = [] if kind == "End" else [{"x": x, "y": y} for x, y in pairs]
+        event = {"type": f"touch{kind}", "touchPoints": points}
+        devtools.send("Input.dispatchTouchEvent", event)
 
     return touch

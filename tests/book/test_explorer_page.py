@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
@@ -52,6 +53,15 @@ DAMAGE_BET = """() => {
     localStorage["labkit-explorer"] = JSON.stringify(stored);
 }"""
 SIZE = {"width": 800, "height": 1400}
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+MOVES = {
+    "ArrowLeft": [-1, 0, 0],
+    "ArrowRight": [1, 0, 0],
+    "ArrowDown": [0, -1, 0],
+    "ArrowUp": [0, 1, 0],
+    "PageUp": [0, 0, 1],
+    "PageDown": [0, 0, -1],
+}
 REST = 1000  # ms of a page's clock, after which all is told
 
 
@@ -76,6 +86,12 @@ def free_spot(page: Page) -> Point:
     """A place on the map that is not the knob."""
     x, y = middle(page.locator(".icp-plane"))
     return x + 70.0, y - 50.0
+
+
+def slide(page: Page, slider: str, metres: float) -> None:
+    """Set a slider of the guess to the step nearest to a value; its steps are 5 cm."""
+    page.get_by_label(slider).fill(str(round((metres + 3.0) / 0.05)))
+    settle(page)
 
 
 def choose(page: Page, scene: str) -> None:
@@ -114,6 +130,18 @@ def test_the_sentence_counts_the_pairs_that_delta_weighs_down(show, explorer, de
 
     told = f"weighs {count} of them down." if count else "weighs none down."
     expect(page.locator(".icp-sentence")).to_contain_text(told)
+
+
+def test_the_legend_counts_the_points_that_a_coarse_iteration_passes_over(show, explorer):
+    scene = explorer.scenes["The lesson's experiment"]
+    parameters = labkit.IcpParameters(approach=True)
+    run = labkit.icp(scene.source, scene.target, scene.T_init, parameters)
+    count = len(scene.source) - len(run.history[0].correspondences.kept)
+
+    page = show(icp_explorer([scene], parameters), SIGN, reduced_motion="reduce")
+
+    assert count > 0
+    expect(page.locator(".icp-legend")).to_contain_text(f"not looked at: {count}")
 
 
 def test_a_damaged_bet_in_the_browser_s_storage_is_no_bet(page):
@@ -180,10 +208,7 @@ def test_the_scan_is_dragged_turned_and_slid(page):
     assert moved[1] > y + 0.2
     assert moved[2] == turn
     plane.focus()
-    for key in ("ArrowLeft", "ArrowUp", "PageDown"):
-        page.keyboard.press(key)
-    pressed = np.array(guess(page)) - moved
-    assert pressed == pytest.approx([-0.05, 0.05, -1.0], abs=2e-3)
+    page.keyboard.press("PageDown")
     page.get_by_label("guess turn").press("ArrowRight")
     assert guess(page)[2] == turn
     press(page, "Reset")
@@ -193,6 +218,17 @@ def test_the_scan_is_dragged_turned_and_slid(page):
         x, y, _ = guess(page)
         assert -6.0 < x < 14.0
         assert -8.0 < y < 8.0
+
+
+@pytest.mark.parametrize(("shift", "metres", "degrees"), [("", 0.05, 1.0), ("Shift+", 0.01, 0.2)])
+def test_each_key_moves_the_scan_its_own_way(page, shift, metres, degrees):
+    for key, direction in MOVES.items():
+        before = np.array(guess(page))
+
+        page.locator(".icp-plane").press(shift + key)
+
+        moved = (guess(page) - before) / [metres, metres, degrees]
+        assert moved == pytest.approx(direction, abs=0.55), key  # a turn is told to 0.1°
 
 
 def test_steps_play_and_pause_and_are_told_in_one_sentence(show, explorer):
@@ -258,8 +294,12 @@ def test_a_copied_state_is_a_link_to_it(page):
         expect(page.get_by_label("scans", exact=True)).to_have_value("Room")
         assert guess(page) == [0.0, 0.05, 0.0]
         assert (picture(page) == before) == (link == copied)
-    enter(page, f"{address}#icp?state=nonsense")  # is ignored
-    expect(readout(page, "shown")).to_contain_text("the guess, iteration 0 of")
+    for nonsense in (
+        "nonsense",
+        unquote(copied.partition("=")[2]).replace('"shown":1', '"shown":-1'),
+    ):
+        enter(page, f"{address}#icp?state={nonsense}")  # is ignored
+        expect(readout(page, "shown")).to_contain_text("the guess, iteration 0 of")
 
 
 def test_the_basin_is_labkit_s_and_the_page_listens_meanwhile(show, explorer):
@@ -275,22 +315,25 @@ def test_the_basin_is_labkit_s_and_the_page_listens_meanwhile(show, explorer):
     assert without not in walk
     assert len(set(walk)) > 5
     scene = explorer.scenes["Two rooms"]
-    target, found = labkit.Target(scene.target), 0
+    target, found = labkit.Target(scene.target), np.zeros((15, 15), bool)
     x, y, _ = labkit.to_xytheta(scene.T_reference)
-    for dx, dy in (np.array(list(np.ndindex(15, 15))) - 7) / 7.0:
+    for column, row in np.ndindex(15, 15):
+        dx, dy = (column - 7) / 7.0, (row - 7) / 7.0
         run = labkit.icp(scene.source, target, labkit.transform(x + dx, y + dy, 0.0))
         error = labkit.to_xytheta(
             labkit.compose(labkit.invert(scene.T_reference), run.T_target_source)
         )
-        found += bool(np.hypot(*error[:2]) <= 0.10 and abs(error[2]) <= np.radians(2.0))
+        found[column, row] = np.hypot(*error[:2]) <= 0.10 and abs(error[2]) <= np.radians(2.0)
     page.clock.resume()
-    expect(status).to_contain_text(f"{found} of 225 guesses")
+    expect(status).to_contain_text(f"{found.sum()} of 225 guesses")
+    column, row = np.argwhere(found & ~found.T)[0]  # columns lie along x
+    slide(page, "guess x", x + (column - 7) / 7.0)
+    slide(page, "guess y", y + (row - 7) / 7.0)
+    expect(page.locator(".icp-left > .icp-status")).to_contain_text("from this guess finds")
     page.get_by_label("overlap ρ").press("ArrowLeft")
     expect(status).to_contain_text("have changed since")
     page.get_by_label("overlap ρ").press("ArrowRight")
-    expect(status).to_contain_text(f"{found} of 225 guesses")
-    page.locator(".icp-plane").press("ArrowRight")
-    expect(page.locator(".icp-left > .icp-status")).to_contain_text("from this guess finds")
+    expect(status).to_contain_text(f"{found.sum()} of 225 guesses")
     page.get_by_label("up to").select_option("2")
     expect(page.get_by_role("button", name="Compute the basin")).to_be_visible()
 
@@ -312,8 +355,7 @@ def test_it_fits_a_laptop_s_screen_at_one_height_and_prints_what_it_shows(page, 
 
 
 def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(show, explorer):
-    size = {"width": 390, "height": 844}
-    page = show(explorer, SIGN, viewport=size, has_touch=True, is_mobile=True)
+    page = show(explorer, SIGN, **PHONE)
     at, touch = guess(page), finger(page)
 
     def swipe(right: float, down: float) -> float:
@@ -332,3 +374,17 @@ def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(show, explorer)
     assert guess(page) == at
     assert swipe(0.06, 0.47) < 5  # the scanner
     assert guess(page) != at
+
+
+def test_two_fingers_zoom_in_as_they_part_and_out_as_they_meet(show, explorer):
+    page = show(explorer, SIGN, **PHONE)
+    (x, y), touch = middle(page.locator(".icp-plane")), finger(page)
+    farther = page.get_by_title("Zoom out")
+
+    for start, end in ((20.0, 80.0), (80.0, 20.0)):
+        expect(farther).to_be_disabled() if start < end else expect(farther).to_be_enabled()
+        for kind, apart in (("Start", start), ("Move", end), ("End", end)):
+            touch(kind, x - apart, y, x + apart, y)
+        settle(page)
+
+    expect(farther).to_be_disabled()

@@ -83,6 +83,7 @@ function sensible(scenes, read) {
     if (!STATE_NAMES.every((name) => name in values) || !scenes.includes(values.scene)) return null;
     if (values.guess.length !== 3 || !values.guess.every(Number.isFinite)) return null;
     if (!CONTROLS.every((control) => isValueOf(control, values[control.name]))) return null;
+    if (!(Number.isInteger(shown) && shown >= 0)) return null;
     return { shown, values: Object.fromEntries(STATE_NAMES.map((name) => [name, values[name]])) };
   } catch {
     return null;
