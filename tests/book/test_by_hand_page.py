@@ -70,6 +70,21 @@ def test_the_number_falls_as_the_scans_meet_and_icp_that_is_stuck_says_so(show, 
     assert seen[0] > seen[1] > seen[2]
 
 
+def test_as_the_number_falls_it_is_warmer_and_as_it_rises_colder(show, pair):
+    page = show(pair, SIGN, reduced_motion="reduce")
+    words = []
+
+    for key in ("ArrowLeft", "ArrowRight"):
+        seen = [distance(page)]
+        for _ in range(5):
+            page.locator(".icp-plane").press(key)
+            seen.append(distance(page))
+        words.append("Warmer." if seen[-1] < seen[-4] else "Colder.")
+        expect(page.locator(".icp-verdict")).to_have_text(words[-1])
+
+    assert set(words) == {"Warmer.", "Colder."}
+
+
 def test_icp_never_lets_its_number_rise_and_ends_found(show, pair):
     (scene,) = pair.scenes.values()
     run = labkit.icp(scene.source, scene.target, NEAR, TOLD)

@@ -11,7 +11,7 @@ from playwright.sync_api import expect
 import labkit
 from labkit.interactive import icp_sliders, live_figure
 from tests.book.mouse import drag, finger, middle
-from tests.book.widget_page import picture, readout, settle
+from tests.book.widget_page import FRAME, drawn, picture, readout, settle
 
 SIGN = "[data-readout]"  # of a widget that is drawn
 LESSON = labkit.simulation.lesson_experiment()
@@ -64,18 +64,28 @@ def test_a_live_figure_follows_its_sliders_and_the_hand(show):
     assert above["y"] + above["height"] < below["y"] < 700
 
 
+STEPS = [k / 2 for k in range(-8, 9)]
+THREE_POINTS = [[0.0, 0.0], [0.2, 0.1], [0.1, -0.2]]
+WHAT_IS_HELD = {  # by a model: its sliders, the one that a drag to the right moves, and its data
+    "turn": (("turn", "x", "y"), "x", {"source": THREE_POINTS, "target": [[0.3, 0.0], [4, 4]]}),
+    "cuts": (("cuts", "x", "y"), "x", {"target": [[0.3, 0.0], [4, 4]]}),
+    "outlier": (
+        ("weight", "off"),
+        "off",
+        {"source": THREE_POINTS, "target": THREE_POINTS, "truth": [0, 0, 0], "row": 0},
+    ),
+}
+
+
+@pytest.mark.parametrize("model", WHAT_IS_HELD)
 @pytest.mark.parametrize(("share", "is_moved"), [(0.5, True), (0.02, False)], ids=["near", "far"])
-def test_a_finger_on_the_scan_of_a_live_figure_drags_it_and_one_far_off_does_not(
-    show, share, is_moved
+def test_a_finger_drags_what_a_live_figure_holds_and_one_far_off_does_not(
+    show, model, share, is_moved
 ):
-    scan = {
-        "source": [[0.0, 0.0], [0.2, 0.1], [0.1, -0.2]],
-        "target": [[0.3, 0.0], [0.5, 0.1], [4, 4]],
-    }
-    limits = {"start": (0, 0, 0), "xlim": (-8.0, 8.0), "ylim": (-8.0, 8.0)}
-    steps = [k / 2 for k in range(-8, 9)]
-    values = {"turn [°]": [-1, 0, 1], "x [m]": steps, "y [m]": steps}
-    figure = live_figure("turn", values, label="three points", **limits, **scan)
+    names, moved, data = WHAT_IS_HELD[model]
+    values = {name: [0, 1, 2] for name in names[:-2]} | dict.fromkeys(names[-2:], STEPS)
+    limits = {"start": [0] * len(names), "xlim": (-8.0, 8.0), "ylim": (-8.0, 8.0)}
+    figure = live_figure(model, values, label="three points", **limits, **data)
     page = show(
         figure, SIGN, viewport={"width": 390, "height": 700}, has_touch=True, is_mobile=True
     )
@@ -88,5 +98,27 @@ def test_a_finger_on_the_scan_of_a_live_figure_drags_it_and_one_far_off_does_not
     touch("End", x + 60.0, y)
     settle(page)
 
-    shown = page.get_by_label("x [m]").get_attribute("aria-valuetext")
+    shown = page.get_by_label(moved).get_attribute("aria-valuetext")
     assert (shown != "0.0") == is_moved
+
+
+def test_play_walks_one_slider_to_its_end_and_reset_forgets_the_way(show):
+    limits = {"start": [1], "xlim": (-8.0, 8.0), "ylim": (-8.0, 8.0)}
+    pairs = {"source": THREE_POINTS, "target": THREE_POINTS, "weights": [1.0, 2.0, 3.0]}
+    figure = live_figure("trace", {"turn": range(5)}, label="turned", **limits, **pairs)
+    page = show(figure, SIGN, by_hand=True)
+    slider, first = page.get_by_role("slider"), drawn(page, ".icp-cost")
+
+    page.get_by_role("button", name="Play").click()
+    seen = []
+    while page.get_by_role("button", name="Pause").count():
+        seen.append(slider.get_attribute("aria-valuetext"))
+        page.clock.run_for(FRAME)
+
+    assert list(dict.fromkeys(seen)) == ["1", "2", "3"]
+    page.clock.run_for(FRAME)
+    expect(slider).to_have_attribute("aria-valuetext", "4")
+    page.get_by_role("button", name="Reset").click()
+    page.clock.run_for(2 * FRAME)
+    expect(slider).to_have_attribute("aria-valuetext", "1")
+    assert drawn(page, ".icp-cost") == first
