@@ -33,7 +33,7 @@ from labkit.odometry.record import (
     no_match,
     record_of_match,
 )
-from labkit.odometry.sanity import SanityLimits, prior_failures, unknown_std
+from labkit.odometry.sanity import SanityLimits, limit_failures, prior_failures, unknown_std
 from labkit.odometry.scales import History, growth_of
 from labkit.odometry.search import is_same_pose
 from labkit.odometry.wheels import believable_wheels, is_frozen
@@ -187,7 +187,7 @@ class MapOdometry(Odometry[MapState]):
             T_taken_refused=T_taken_refused,
             increment=increment,
             decision=decision,
-            reason=record.reason or why_refused(record),
+            reason=record.reason or why_refused(record, scales),
             evidence=Evidence(unmatched_std(prior, self.parameters.limits, scales)),
         )
 
@@ -272,10 +272,12 @@ def why_ignored(told: FloatArray, scales: Scales) -> str:
     )
 
 
-def why_refused(record: StepRecord) -> str:
+def why_refused(record: StepRecord, scales: Scales) -> str:
     """Why the best match of a step is not believed, for a person."""
     if record.termination is not None and record.termination.failed:
         return record.termination.value
+    if failures := limit_failures(record.increment, (scales.max_shift, scales.max_turn)):
+        return f"the match leads farther than the robot can do: {', '.join(failures)}"
     if record.led:
         return (
             f"following the wheels: the last scans usually agreed too little with the map, and "

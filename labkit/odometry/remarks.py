@@ -45,22 +45,25 @@ def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
     return (
         *wheel_remarks(records),
         *unbelievable_remarks(steps),
-        *blind_remarks(records, first_scan),
+        *blind_remarks(records, first_scan, common_range(largest)),
         *against_prior_remarks(records, first_scan),
         *free_remarks(records),
         *range_remarks(largest),
     )
 
 
-def blind_remarks(records: Sequence[StepRecord], first_scan: int) -> Iterator[str]:
-    """Most steps without a match, or many in a row."""
+def blind_remarks(
+    records: Sequence[StepRecord], first_scan: int, largest: float
+) -> Iterator[str]:
+    """Most steps without a match, or many in a row; `largest` is the usual largest range [m]."""
     unmatched = [not record.decision.matched for record in records]
     if sum(unmatched) > 0.5 * len(unmatched):
         reason = records[unmatched.index(True)].reason
+        farthest = "" if math.isnan(largest) else f" (up to {largest:.4g} m)"
         yield (
             f"{sum(unmatched)} of {len(unmatched)} steps had no match that is believed, the first "
-            f"because {reason}; are ranges and wheels in metres, and angles in radians? If so, "
-            f"does something hide the view?"
+            f"because {reason}; are ranges{farthest} and wheels in metres, and angles in "
+            f"radians? If so, does something hide the view?"
         )
         return
     led = [record.led for record in records]
@@ -84,8 +87,8 @@ def against_prior_remarks(records: Sequence[StepRecord], first_scan: int) -> Ite
     if longest := longest_stretch(against_prior, MIN_AGAINST_PRIOR, first_scan):
         yield (
             f"{longest.words} were all matched against the prior: either the "
-            f"wheels failed there (are they in metres?), or something that moves was taken for "
-            f"the room"
+            f"wheels failed there (are they in metres and radians?), or something that moves was "
+            f"taken for the room"
         )
 
 
@@ -99,12 +102,16 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
     scales = [scale_of(told, measured) for told, measured in zip(wheels, matches, strict=True)]
     if turns.sum() >= MIN_STEPS:
         ratio = float(np.median(matches[turns, 2] / wheels[turns, 2]))
-        if not MIN_RATIO <= ratio <= 1.0 / MIN_RATIO:
+        if ratio < 0.0:
             yield (
                 f"the scans turn {ratio:.2f} times as far as the wheels: is the scanner upside "
                 f"down, or does it count its angles clockwise? If so, read the log with "
-                f"`mirrored=True`, or `--mirrored`; else ask whether the wheels' turns are in "
-                f"radians"
+                f"`mirrored=True`, or `--mirrored`"
+            )
+        elif not MIN_RATIO <= ratio <= 1.0 / MIN_RATIO:
+            yield (
+                f"the scans turn {ratio:.2g} times as far as the wheels: are the wheels' turns in "
+                f"radians, and those of the scanner's angles?"
             )
     if np.isfinite(scales).sum() >= MIN_STEPS:
         ratio = float(np.nanmedian(scales))
@@ -128,16 +135,22 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
 def unbelievable_remarks(steps: Sequence[Step]) -> Iterator[str]:
     """Wheels that tell more than the robot can do, or that it stands while its scans move."""
     impossible = [
-        math.hypot(*told[:2])
+        (told, record.scales)
         for record, told, _ in steps
         if told is not None and not is_at_rest(told)
         if record.prior is None and record.scales is not None
     ]
     if len(impossible) >= MIN_AGAINST_PRIOR:
+        told, scales = impossible[0]
+        x, y, turn = told.tolist()
+        motion = f"{math.hypot(x, y):.3g} m"
+        question = "are they in metres, or does their counter wrap?"
+        if scales.allow(np.array([x, y, 0.0])):
+            motion = f"a turn of {math.degrees(abs(turn)):.0f}°"
+            question = "are their turns in radians?"
         yield (
             f"in {len(impossible)} steps the wheels told more than the robot can do, the first "
-            f"time {impossible[0]:.3g} m, and were left out: are they in metres and radians, or "
-            f"does their counter wrap?"
+            f"time {motion}, and were left out: {question}"
         )
     standing = 0
     for record, told, _ in steps:
@@ -166,9 +179,9 @@ def free_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
 def range_remarks(largest: Sequence[tuple[float, float]]) -> Iterator[str]:
     """One largest range that many beams share."""
     ranges, shares = np.reshape(largest, (-1, 2)).T
-    if len(ranges) < MIN_STEPS or not np.isfinite(ranges).any():
+    common = common_range(largest)
+    if len(ranges) < MIN_STEPS or math.isnan(common):
         return
-    common = median_low(ranges[np.isfinite(ranges)].tolist())
     share = float(np.where(ranges == common, shares, 0.0).mean())
     if share > MAX_SHARE_AT_LIMIT:
         yield (
@@ -176,6 +189,12 @@ def range_remarks(largest: Sequence[tuple[float, float]]) -> Iterator[str]:
             f"scanner tell beams without an answer so? Leave them out by "
             f"`Preprocessing(range_max={0.999 * common:.4g})`, or `--range-max`"
         )
+
+
+def common_range(largest: Sequence[tuple[float, float]]) -> float:
+    """The median of the largest ranges [m]; NaN where no scan has one."""
+    ranges = [distance for distance, _ in largest if math.isfinite(distance)]
+    return median_low(ranges) if ranges else math.nan
 
 
 def largest_range(scan: Any) -> tuple[float, float]:

@@ -138,6 +138,17 @@ def test_what_a_user_sets_as_the_farthest_motion_bounds_each_step(kind):
     assert np.abs(steps[:, 2]).max() <= LIMITS.max_rotation + 1e-9
 
 
+@pytest.mark.filterwarnings("ignore:2 of 2 steps had no match")
+def test_where_the_limits_exclude_each_match_the_reason_says_how_far_it_leads():
+    limits = SanityLimits(max_translation=0.01)
+
+    run = estimate_odometry(SCANS[:3], None, OdometryParameters(limits=limits))
+
+    reason = run.records[1].reason
+    assert reason.startswith("the match leads farther than the robot can do: translation 0.1")
+    assert reason.endswith("m > 0.01 m")
+
+
 def test_after_a_gap_in_time_a_step_may_be_longer():
     times = [*range(6), 9]
     scans = [replace(SCANS[k], stamp=0.1 * k) for k in times]

@@ -63,6 +63,17 @@ def test_wheels_in_another_unit_are_named():
     assert "another unit" in remark
 
 
+def test_turns_of_wheels_in_degrees_are_named_and_their_metres_are_not_blamed():
+    slowly = integrate([[0.1, 0.0, math.radians(2.2)]] * 30, start=[-0.5, -0.3, 0.2])
+    scans = scan_along(room(), slowly, Lidar(beam_count=181), rng=5)
+    few = remarks_of(SCANS, WHEELS * [1.0, 1.0, 180.0 / math.pi])
+    many = remarks_of(scans, increments_between(slowly) * [1.0, 1.0, 20.0])
+
+    assert "the first time a turn of 131°" in few[0]
+    assert any("are the wheels' turns in radians" in remark for remark in many)
+    assert not any("metres, or" in remark or "upside" in remark for remark in [*few, *many])
+
+
 def test_wheels_that_stand_while_the_robot_drives_are_named():
     (remark,) = remarks_of(SCANS, np.zeros_like(WHEELS))
 
@@ -126,13 +137,15 @@ def test_ranges_of_unknown_beams_are_no_largest_range(ranges):
     assert remarks_of(scans, None) == ()
 
 
-def test_units_that_fit_nothing_are_named():
-    millimetres = [1e3 * scan.points for scan in SCANS]
+def test_units_that_fit_nothing_are_named_with_how_far_the_scans_reach():
+    millimetres = [Scan.from_ranges(1e3 * scan.ranges, scan.angles) for scan in SCANS]
 
-    remarks = remarks_of(millimetres, WHEELS)
+    remarks = [remarks_of(millimetres, WHEELS), remarks_of([s.points for s in millimetres], WHEELS)]
 
-    assert "had no match that is believed" in remarks[0]
-    assert "are ranges and wheels in metres" in remarks[0]
+    farthest = np.median([np.nanmax(scan.ranges) for scan in millimetres])
+    assert all("had no match that is believed" in remark for (remark,) in remarks)
+    assert f"are ranges (up to {farthest:.4g} m) and wheels in metres" in remarks[0][0]
+    assert "are ranges and wheels in metres" in remarks[1][0]
 
 
 @pytest.mark.parametrize("priors", [WHEELS, None])
