@@ -34,10 +34,16 @@ AT_ONCE = 0.6  # of what the best match in the window lacks to a score of 1: a m
 TIE = 0.01  # scores that differ by less are equal, and the first one wins: clean
 MARGIN = 0.05  # of agreement, or score: matches that differ by less fit equally well; far from
 # the wheels none of them is believed: noise of 30 mm more
-MIN_AGREEMENT = 0.45  # a match that scores less is doubtful, one that agrees less measures no
-# error of the wheels; where the usual one agrees less, these lead: clean, 30 % ghosts
+MIN_AGREEMENT = 0.45  # a match that agrees less measures no error of the wheels; where the usual
+# one agrees less, these lead: clean, 30 % ghosts
 LEAD_AGREEMENT = 0.6  # the same where matches do not bear the wheels out: a third moving
-MAX_STD = 0.2  # [m] of wheels along a free direction: worse ones leave the step doubtful
+
+# Doubting (record)
+MAX_LACK = (0.5, 0.1)  # of agreement: a step that lacks more is doubtful, and after a doubtful one
+# a step that lacks more than the second: a door, people ahead
+SURPRISE = 3.0  # times the cost of a motion unlike the wheels' is a lack, too: a view of 90°
+MATCH_STD = 0.03  # [m] of a match along a direction that all of its walls face
+MAX_STD = 0.1  # [m] of a step along its weakest direction: twice as much is wrong: wheels late
 
 # Score of a place (score)
 CLEARANCE = 0.3  # [m]: a beam must end this far behind a point to have looked through it

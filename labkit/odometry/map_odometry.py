@@ -19,7 +19,7 @@ import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.base import NO_POINTS, Odometry
-from labkit.odometry.constants import AT_ONCE, MARGIN, MIN_SCORE, TIE
+from labkit.odometry.constants import AT_ONCE, MARGIN, MAX_STD, MIN_SCORE, TIE
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.match import Match, match, stay
@@ -110,12 +110,15 @@ class MapOdometry(Odometry[MapState]):
             self.step(state, seen, wheels, scales),
             prior=None if wheels is None else prior,
             scales=scales,
+            after_doubt=state.history.last_doubtful,
         )
         if frozen:
             record = replace(record, reason=FROZEN)
         elif prior is not None and wheels is None:
             reasons = [why_ignored(prior, scales), record.reason]
             record = replace(record, reason=", ".join(filter(None, reasons)))
+        elif record.is_doubtful and not record.reason:
+            record = replace(record, reason=why_doubtful(record, scales))
         return record, state.after(record, seen)
 
     def step(
@@ -164,9 +167,8 @@ class MapOdometry(Odometry[MapState]):
             decision = Decision.CONFIRMED
         record = record_of_best(best, margin_of(best, matches), T_map_last, decision)
         if is_believed:
-            unexpected = prior is not None and not expected.holds(best.T)
             T_taken_refused = None if rival is None else relative(best.T, rival.T)
-            record = replace(record, unexpected=unexpected, T_taken_refused=T_taken_refused)
+            record = replace(record, T_taken_refused=T_taken_refused)
             return believe(record, prior, self.parameters.limits, scales)
         return self.refuse(replace(record, led=leads), prior, history, scales)
 
@@ -244,8 +246,6 @@ def believe(
     """The record of a match that is believed, also where it lies against the prior."""
     reasons = [] if prior is None else prior_failures(record.increment, prior, limits)
     against_prior = bool(reasons)
-    if record.unexpected and not against_prior:
-        reasons.append("far from the wheels, by what they usually err")
     if record.ambiguous:
         reasons.append(f"ambiguous: the scan fits elsewhere, too ({record.margin:+.3f})")
     evidence = record.evidence._replace(std=unmatched_std(prior, limits, scales))
@@ -269,6 +269,17 @@ def why_ignored(told: FloatArray, scales: Scales) -> str:
     return (
         f"the wheels tell {math.hypot(x, y):.2f} m and {math.degrees(abs(turn)):.0f}°, more than "
         f"the robot can do ({scales.max_shift:.2f} m, {math.degrees(scales.max_turn):.0f}°)"
+    )
+
+
+def why_doubtful(record: StepRecord, scales: Scales) -> str:
+    """Why a match that is believed may be wrong all the same, for a person."""
+    if record.degenerate or record.weakest_std > MAX_STD:
+        return f"one direction is measured to {record.weakest_std:.2f} m only"
+    begins = "after a doubtful step " if record.after_doubt else ""
+    return (
+        f"{begins}the scan fits by {record.agreement:.2f}, usual are {scales.agreement:.2f}, and "
+        f"its motion costs {record.agreement - record.score:.2f}"
     )
 
 

@@ -18,10 +18,13 @@ from labkit.odometry.constants import (
     LEAD_AGREEMENT,
     LEAST_WHEEL_ERROR,
     MARGIN,
+    MATCH_STD,
+    MAX_LACK,
     MAX_STD,
     MIN_AGREEMENT,
     MIN_SCORE,
     RANGE_STD,
+    SURPRISE,
 )
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
@@ -164,8 +167,8 @@ class StepRecord:
         By how much the agreement exceeds that of the best match elsewhere; NaN if none was tried.
     against_prior : bool
         Whether the match lies beyond the limits around the prior, and was believed all the same.
-    unexpected : bool
-        Whether the match lies outside the wheels' window: three times what they usually err.
+    after_doubt : bool
+        Whether the step before was doubtful: if it was wrong, this one starts from a wrong pose.
     led : bool
         Whether the wheels lead: the last scans fitted too little to be believed beside them.
     T_taken_refused : ndarray, shape (3, 3), or None
@@ -191,7 +194,7 @@ class StepRecord:
     score: float = math.nan
     margin: float = math.nan
     against_prior: bool = False
-    unexpected: bool = False
+    after_doubt: bool = False
     led: bool = False
     T_taken_refused: FloatArray | None = field(default=None, repr=False)
     scales: Scales | None = None
@@ -211,17 +214,40 @@ class StepRecord:
     def is_doubtful(self) -> bool:
         """True if the step may be wrong.
 
-        It was not matched, or its match is ambiguous, scores too little, lies against the prior or
-        far from it, was searched for though a prior told where to begin, or leaves a direction free
-        that no prior told, or only a poor one.
+        It was not matched, or its match is ambiguous, lies against the prior, lacks too much (less
+        is enough after a doubtful step), or sees too little along a direction that wheels do not
+        tell well either.
         """
         if self.decision is Decision.START:
             return False
-        is_unmeasured = self.degenerate and self.evidence.std[0] > MAX_STD
-        is_weak = self.score < MIN_AGREEMENT or self.ambiguous
-        is_searched = self.decision is Decision.SEARCH and self.prior is not None
-        is_far = self.against_prior or self.unexpected or is_searched
-        return not self.decision.matched or is_weak or is_far or is_unmeasured
+        is_unclear = not self.decision.matched or self.ambiguous or self.against_prior
+        is_unmeasured = self.degenerate
+        if self.prior is not None:
+            is_unmeasured = self.weakest_std > MAX_STD
+        return is_unclear or is_unmeasured or self.lack > MAX_LACK[self.after_doubt]
+
+    @property
+    def lack(self) -> float:
+        """What the match lacks to the usual agreement, and the cost of its motion.
+
+        Beside wheels this counts three times. NaN without a score.
+        """
+        if self.scales is None:
+            return math.nan
+        cost_of_motion = self.agreement - self.score
+        if self.prior is not None:
+            cost_of_motion *= SURPRISE
+        return max(0.0, self.scales.agreement - self.agreement) + cost_of_motion
+
+    @property
+    def weakest_std(self) -> float:
+        """Standard deviation [m] of a step along the direction that its match sees least.
+
+        The match tells the less there, the fewer walls face it; beside it the wheels tell the rest.
+        NaN without a match.
+        """
+        std = float(self.evidence.std[0])
+        return std / math.sqrt(1.0 + max(0.0, self.information) * (std / MATCH_STD) ** 2)
 
     @cached_property
     def covariance(self) -> FloatArray:

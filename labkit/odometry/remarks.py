@@ -52,9 +52,7 @@ def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
     )
 
 
-def blind_remarks(
-    records: Sequence[StepRecord], first_scan: int, largest: float
-) -> Iterator[str]:
+def blind_remarks(records: Sequence[StepRecord], first_scan: int, largest: float) -> Iterator[str]:
     """Most steps without a match, or many in a row; `largest` is the usual largest range [m]."""
     unmatched = [not record.decision.matched for record in records]
     if sum(unmatched) > 0.5 * len(unmatched):
@@ -141,8 +139,8 @@ def unbelievable_remarks(steps: Sequence[Step]) -> Iterator[str]:
         if record.prior is None and record.scales is not None
     ]
     if len(impossible) >= MIN_AGAINST_PRIOR:
-        told, scales = impossible[0]
-        x, y, turn = told.tolist()
+        first_told, scales = impossible[0]
+        x, y, turn = first_told.tolist()
         motion = f"{math.hypot(x, y):.3g} m"
         question = "are they in metres, or does their counter wrap?"
         if scales.allow(np.array([x, y, 0.0])):

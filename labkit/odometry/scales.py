@@ -38,10 +38,11 @@ class History(NamedTuple):
     motions: tuple[FloatArray, ...] = ()  # that matches measured without doubt
     wheel_errors: tuple[tuple[float, float], ...] = ()  # [m], [rad]: as at rest
     wheel_factors: tuple[float, ...] = ()
-    agreements: tuple[float, ...] = ()  # of the best matches beside wheels
+    agreements: tuple[float, ...] = ()  # of the best matches
     intervals: tuple[float, ...] = ()  # [s] between two scans
     stamp: float = math.nan  # of the last scan [s]
     missed: int = 0  # steps since the last match
+    last_doubtful: bool = False
 
     def scales(self, scan: Scan, prior: FloatArray | None, limits: SanityLimits) -> Scales:
         """The scales by which the step to a scan is judged."""
@@ -91,12 +92,13 @@ class History(NamedTuple):
         elif spans_steps or (record.ambiguous and record.prior is None):  # confirms no motion
             last_motion = motions[0] if motions else STILL
         agreements = self.agreements
-        if record.prior is not None and not math.isnan(record.agreement):
+        if not math.isnan(record.agreement):
             agreements = (max(0.0, record.agreement), *agreements)
         interval = scan.stamp - self.stamp
         intervals = (interval, *self.intervals) if interval > 0.0 else self.intervals
         return History(
             last_motion=last_motion,
+            last_doubtful=record.is_doubtful,
             motions=motions[:HISTORY],
             wheel_errors=errors[:HISTORY],
             wheel_factors=factors[:HISTORY],

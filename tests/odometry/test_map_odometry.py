@@ -21,11 +21,11 @@ from labkit.odometry import (
     increments_between,
     integrate,
 )
-from labkit.odometry.constants import HISTORY, MIN_AGREEMENT, RANGE_STD
+from labkit.odometry.constants import HISTORY, LEAST_WHEEL_ERROR, MATCH_STD, RANGE_STD
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.map_odometry import MapState
 from labkit.odometry.match import Match
-from labkit.odometry.record import Evidence, StepRecord
+from labkit.odometry.record import Evidence, Scales, StepRecord
 from labkit.odometry.scales import History, growth_of
 from labkit.odometry.score import Score
 from labkit.parameters import ACCURATE
@@ -269,20 +269,67 @@ def test_wheels_that_stand_while_the_scan_moves_are_none():
 
 
 @pytest.mark.parametrize(
-    ("decision", "prior", "score", "is_doubtful"),
+    ("agreement", "cost", "after_doubt", "is_doubtful"),
     [
-        (Decision.ICP, MOTION, 0.8, False),
-        (Decision.ICP, MOTION, 0.9 * MIN_AGREEMENT, True),
-        (Decision.SEARCH, MOTION, 0.8, True),
-        (Decision.SEARCH, None, 0.8, False),
+        (0.9, 0.0, False, False),
+        (0.3, 0.0, False, True),
+        (0.9, 0.2, False, True),
+        (0.6, 0.1, False, True),
+        (0.7, 0.0, False, False),
+        (0.7, 0.0, True, True),
+        (0.9, 0.0, True, False),
     ],
 )
-def test_a_step_is_doubtful_that_scores_little_or_was_searched_for_beside_wheels(
-    decision, prior, score, is_doubtful
+def test_a_step_is_doubtful_that_fits_less_than_usual_or_moves_unlike_the_wheels(
+    agreement, cost, after_doubt, is_doubtful
 ):
-    record = StepRecord(increment=MOTION, decision=decision, prior=prior, score=score)
+    scales = Scales(*LEAST_WHEEL_ERROR, 1.0, 0.9, 1.0, 2.0, math.pi / 2.0)
+
+    record = StepRecord(
+        increment=MOTION,
+        decision=Decision.ICP,
+        prior=MOTION,
+        scales=scales,
+        agreement=agreement,
+        score=agreement - cost,
+        after_doubt=after_doubt,
+    )
 
     assert record.is_doubtful == is_doubtful
+
+
+@pytest.mark.parametrize("information", [0.0, 0.01, 0.3])
+def test_the_weakest_direction_is_told_by_wheels_and_walls_together(information):
+    """As of two measurements of one length: their inverse variances add up."""
+    evidence = Evidence(np.array([0.2, 0.2, 0.1]))
+
+    record = StepRecord(
+        increment=MOTION,
+        decision=Decision.ICP,
+        prior=MOTION,
+        information=information,
+        evidence=evidence,
+    )
+
+    variance = 1.0 / (1.0 / 0.2**2 + information / MATCH_STD**2)
+    assert record.weakest_std == pytest.approx(math.sqrt(variance))
+    assert record.is_doubtful == (information < 0.1)
+
+
+def test_a_step_that_makes_up_for_a_doubtful_one_is_doubtful_too():
+    """Its own match may be perfect: it starts where the one before may have been wrong."""
+    wheels = PRIORS.copy()
+    wheels[5] += [0.0, 0.12, 0.0]
+    blind = [EMPTY if k == 5 else scan for k, scan in enumerate(SCANS)]
+
+    lone = estimate_odometry(SCANS, wheels).records
+    after_blind = estimate_odometry(blind, wheels).records
+
+    assert not lone[6].is_doubtful
+    assert after_blind[6].decision.matched
+    assert after_blind[6].is_doubtful
+    assert after_blind[6].reason.startswith("after a doubtful step the scan fits by")
+    assert not after_blind[8].is_doubtful
 
 
 def test_along_a_corridor_the_robot_goes_on_as_before_and_the_step_is_doubtful():
