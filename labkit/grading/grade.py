@@ -14,6 +14,7 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 
 from labkit.grading.box.inside.limits import MAX_NOTES
 from labkit.grading.box.inside.reading import Program
@@ -25,7 +26,7 @@ from labkit.grading.judge.verdict import (
     SubmissionVerdict,
     clean_text,
 )
-from labkit.grading.questions import Assignment, Case, Question
+from labkit.grading.questions import Assignment, Question
 from labkit.grading.sitting import Sitting
 
 
@@ -133,13 +134,24 @@ def _follow_through(
 ) -> QuestionVerdict:
     """The best verdict with right functions in place of those that `failed`, or of more callees.
 
-    Where more are needed, it is one of those that pass their own cases, if one will do.
+    Where more are needed, it is one of those that pass their own cases, if one will do. They answer
+    in the form that the question asks for, and then in that of the student's own answers: a caller
+    may be written for either.
     """
 
     def lend(lent: Sequence[Question]) -> QuestionVerdict:
         hidden = [case for case in assignment.cases(question.id) if case.hidden]
         sources = {callee.function: assignment.source_to_lend(callee.id) for callee in lent}
-        best = _ask_with_lent(sitting, question, hidden, sources)
+        readable = sitting.readable & sources.keys()
+        forms: list[Collection[str]] = [(), readable] if readable else [()]
+        states = range(sitting.states.get(question.function, 1))
+        verdicts = list[QuestionVerdict]()
+        for in_form, state in product(forms, states):
+            answers = sitting.ask(question, hidden, state, lent=sources, in_form=in_form)
+            verdicts.append(assess(question, hidden, answers))
+            if verdicts[-1].passed:
+                break
+        best = max(verdicts, key=lambda verdict: verdict.score)
         names = ", ".join(f"`{name}`" for name in sources)
         message = f"{best.message} This was graded with the right {names} in place of yours."
         suspects = [f"`{callee.function}`" for callee in lent if callee.id not in failed]
@@ -158,23 +170,3 @@ def _follow_through(
         return best
     each = (lend([*wrong, callee]) for callee in others)
     return next((one for one in each if one.score >= with_all.score), with_all)
-
-
-def _ask_with_lent(
-    sitting: Sitting, question: Question, hidden: list[Case], lent: Mapping[str, str]
-) -> QuestionVerdict:
-    """The best verdict on the hidden cases with right functions in place of the student's.
-
-    They answer in the form that the question asks for, and then in that of the student's own
-    answers: a caller may be written for either.
-    """
-    readable = sitting.readable & lent.keys()
-    forms: list[Collection[str]] = [(), readable] if readable else [()]
-    verdicts = list[QuestionVerdict]()
-    for in_form in forms:
-        for state in range(sitting.states.get(question.function, 1)):
-            answers = sitting.ask(question, hidden, state, lent=lent, in_form=in_form)
-            verdicts.append(assess(question, hidden, answers))
-            if verdicts[-1].passed:
-                return verdicts[-1]
-    return max(verdicts, key=lambda verdict: verdict.score)
