@@ -13,6 +13,7 @@ import re
 import zipfile
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from importlib.util import decode_source
+from itertools import chain
 from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
@@ -58,7 +59,8 @@ def read_program(
     unread: list[str] = []
     letters_left = MAX_SOURCE
     cells_left = MAX_CELLS
-    for name, data in unpack(files, unread):
+    sources = filter(may_hold_source, reversed([*files]))
+    for name, data in chain.from_iterable(unpack(name, files[name], unread) for name in sources):
         _, is_inside, place = name.rpartition("labkit/")
         if is_inside and place in handed_out:
             continue
@@ -66,9 +68,7 @@ def read_program(
             if len(data) > MAX_FILE:
                 raise ValueError(TOO_LARGE)
             if name.lower().endswith(NOTEBOOK):
-                cells_read = notebook_cells(data)
-                contents = code_of(cells_read)
-                texts[name] = written_answers(cells_read)
+                contents, texts[name] = read_notebook(data)
             else:
                 contents = [(text_of(data), "")]
             letters_left -= sum(len(source) for source, _ in contents)
@@ -128,16 +128,13 @@ def find_written_scripts(sources: Iterable[str]) -> dict[str, str]:
     }
 
 
-def unpack(files: Mapping[str, bytes], unread: list[str]) -> Iterator[tuple[str, bytes]]:
-    """The notebooks and scripts from new to old, also those in archives.
+def unpack(
+    name: str, data: bytes, unread: list[str], depth: int = MAX_DEPTH
+) -> Iterator[tuple[str, bytes]]:
+    """A notebook or script, or those in an archive from new to old.
 
     An archive that cannot be read is added to `unread`.
     """
-    for name in filter(may_hold_source, reversed([*files])):
-        yield from _unpack(name, files[name], unread, MAX_DEPTH)
-
-
-def _unpack(name: str, data: bytes, unread: list[str], depth: int) -> Iterator[tuple[str, bytes]]:
     if is_source(name):
         yield name, data
         return
@@ -153,7 +150,7 @@ def _unpack(name: str, data: bytes, unread: list[str], depth: int) -> Iterator[t
                 if is_wanted and not is_skipped(info.filename):
                     with archive.open(info) as packed:
                         content = packed.read(MAX_FILE + 1)
-                    yield from _unpack(inner, content, unread, depth - 1)
+                    yield from unpack(inner, content, unread, depth - 1)
     except Exception as error:  # untrusted: zipfile raises anything
         unread.append(f"{name} cannot be read: {error}")
 
@@ -172,28 +169,23 @@ def text_of(data: bytes) -> str:
         return data.decode("latin-1").replace("\r\n", "\n")
 
 
-def notebook_cells(data: bytes) -> list[dict[str, Any]]:
-    """The cells of a notebook."""
+def read_notebook(data: bytes) -> tuple[list[tuple[str, str]], str]:
+    """The code of a notebook, cells with their numbers, and the Markdown of a student.
+
+    Of nbgrader's cells those for answers are the student's, of others all.
+    """
     if not data.strip():
         raise ValueError("it is empty")
     content: Any = json.loads(data.decode(json.detect_encoding(data), "surrogatepass"))
     if not isinstance(content, dict) or not isinstance(content.get("cells"), list):
         raise ValueError("it is no notebook of nbformat 4")
-    return [cell for cell in content["cells"] if isinstance(cell, dict)]
-
-
-def code_of(cells: Iterable[dict[str, Any]]) -> list[tuple[str, str]]:
-    """The sources of the code cells, with their numbers."""
+    cells = [cell for cell in content["cells"] if isinstance(cell, dict)]
     codes = [cell for cell in cells if cell.get("cell_type") == "code"]
-    return [(source_of(cell), f"cell {number}") for number, cell in enumerate(codes, start=1)]
-
-
-def written_answers(cells: Iterable[dict[str, Any]]) -> str:
-    """The Markdown of a student: of nbgrader's cells those for answers, of others all."""
     texts = [cell for cell in cells if cell.get("cell_type") == "markdown"]
     marked = [cell for cell in texts if "nbgrader" in str(cell.get("metadata"))]
     answers = [cell for cell in marked if cell["metadata"]["nbgrader"].get("solution")]
-    return "\n\n".join(map(source_of, answers if marked else texts))
+    written = "\n\n".join(map(source_of, answers if marked else texts))
+    return [(source_of(cell), f"cell {number}") for number, cell in enumerate(codes, 1)], written
 
 
 def source_of(cell: dict[str, Any]) -> str:
