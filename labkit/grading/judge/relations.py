@@ -72,11 +72,6 @@ BY_KIND: dict[Answer, list[Change]] = {
 }  # of all others those of numbers
 
 
-def sentence(relation: str, subject: str = "the answer") -> str:
-    """The sentence, from the words for the change and for what is changed."""
-    return f"{relation.replace('{}', subject)}."
-
-
 @cache
 def relations(answer: Answer, case: Case) -> dict[str, list[FloatArray]]:
     """Wrong answers to a case by the sentence on how they are related to a right one."""
@@ -84,9 +79,8 @@ def relations(answer: Answer, case: Case) -> dict[str, list[FloatArray]]:
     for value in case.expected:
         with np.errstate(all="ignore"):
             for relation, related in _derive_answers(answer, case, value):
-                answers.setdefault(sentence(relation), []).append(
-                    np.asarray(related, dtype=np.float64)
-                )
+                sentence = f"{relation.replace('{}', 'the answer')}."
+                answers.setdefault(sentence, []).append(np.asarray(related, dtype=np.float64))
     return answers
 
 
