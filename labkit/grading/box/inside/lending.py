@@ -34,20 +34,14 @@ class RightFunction:
             self.asks_form = False
             with contextlib.suppress(Exception, SystemExit):
                 self.form = own(*copy.deepcopy(positional), **copy.deepcopy(named))
-        value = self.function(*map(as_array, self.in_order(own, positional, named)))
-        with contextlib.suppress(Exception):  # the form may be anything
-            return value if self.form is None else in_form(value, self.form)
-        return value
-
-    def in_order(
-        self, own: Any, positional: tuple[Any, ...], named: dict[str, Any]
-    ) -> tuple[Any, ...]:
-        """The arguments as a right function takes them: without names, defaults and extras."""
-        if named or len(positional) != self.count:
+        if named or len(positional) != self.count:  # a right function has no defaults and extras
             bound = inspect.signature(own).bind(*positional, **named)
             bound.apply_defaults()
             positional = bound.args[: self.count] or tuple(named.values())
-        return positional
+        value = self.function(*map(as_array, positional))
+        with contextlib.suppress(Exception):  # the form may be anything
+            return value if self.form is None else in_form(value, self.form)
+        return value
 
 
 class Slot:
