@@ -41,14 +41,13 @@ class StandIn(NoNumber, types.ModuleType):
         return StandIn(f"{self.__name__}.{name}")
 
     def __call__(self, argument: Any = None, *_: Any, **__: Any) -> Any:
-        """Do nothing; a function comes back as it was, so that decorators leave it alone."""
-        is_decorated = isinstance(argument, types.FunctionType) and not self.is_check
-        return argument if is_decorated else self
+        """Do nothing; a function comes back as it was, so that decorators leave it alone.
 
-    @property
-    def is_check(self) -> bool:
-        """True for `check`, which is called with a function and decorates none."""
-        return self.__name__.endswith(".check")
+        `check` is called with a function, and decorates none.
+        """
+        is_check = self.__name__.endswith(".check")
+        is_decorated = isinstance(argument, types.FunctionType) and not is_check
+        return argument if is_decorated else self
 
     def __mro_entries__(self, _: object) -> tuple[type, ...]:
         return ()  # a class may be derived from it
