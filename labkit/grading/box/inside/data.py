@@ -47,7 +47,8 @@ def to_json(value: Any) -> Any:
 
     def encode(value: Any, depth: int) -> Any:
         nonlocal bytes_left
-        if has_numbers(value):
+        is_known = isinstance(value, np.ndarray | np.generic | types.ModuleType)
+        if not is_known and hasattr(type(value), "__array__"):  # a Series, a tensor
             value = np.asarray(value)
         is_sized = isinstance(value, Sequence | dict)
         entries = value.size if isinstance(value, np.ndarray) else is_sized and len(value)
@@ -61,12 +62,6 @@ def to_json(value: Any) -> Any:
         return _array(value) if isinstance(value, np.ndarray) else _single(value)
 
     return encode(value, 0)
-
-
-def has_numbers(value: Any) -> bool:
-    """True for an object of another package that numpy reads: a Series, a tensor."""
-    is_known = isinstance(value, np.ndarray | np.generic | types.ModuleType)
-    return not is_known and hasattr(type(value), "__array__")
 
 
 def _single(value: Any) -> Any:
