@@ -225,17 +225,17 @@ $w_i = 1$ for $r_i \le \delta$, and $w_i = \delta / r_i$ for $r_i > \delta$.
     "five residuals, one of them zero": Exact((np.array([0.0, 0.125, 0.25, 0.375, 1.0]), 0.25)),
     "whole numbers": (np.array([1, 2, 4]), 2.0),
 }, hidden={
-    "up to δ": {
+    "to both sides of a narrow δ": {
+        "residuals to both sides of δ": _weighed(10, 0.0, 0.8, 0.15),
         "residuals below δ": _weighed(6, 0.01, 0.2, 0.25),
+    },
+    "to both sides of a wide δ": {
+        "a δ above one metre": _weighed(10, 0.0, 6.0, 1.5),
         "residuals below a δ above one metre": _weighed(6, 0.1, 1.4, 1.5),
     },
     "beyond δ": {
         "residuals beyond δ": _weighed(6, 0.3, 3.0, 0.1),
         "residuals beyond a δ above one metre": _weighed(6, 1.6, 6.0, 1.5),
-    },
-    "to both sides of δ": {
-        "residuals to both sides of δ": _weighed(10, 0.0, 0.8, 0.15),
-        "a δ above one metre": _weighed(10, 0.0, 6.0, 1.5),
     },
     "whole numbers": {
         "residuals given as whole numbers":
