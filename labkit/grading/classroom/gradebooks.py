@@ -16,20 +16,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
-from labkit.grading.classroom.tables import (
-    MissingColumnError,
-    Row,
-    number,
-    plain,
-    read_rows,
-    write_rows,
-)
+from labkit.grading.classroom.tables import Row, number, plain, read_rows, write_rows
 from labkit.grading.judge.verdict import SubmissionVerdict, short
 from labkit.support.errors import LabkitError
 
 CANVAS = ("Student", "ID", "SIS User ID", "SIS Login ID", "Section")
 COMMENT = "Feedback comments"  # Moodle's, where the worksheet has them
 CHANGEABLE = "Grade can be changed"  # Moodle's
+IN_ENGLISH = (
+    ". Moodle names the columns in your language: set it to English in your preferences, and "
+    "download the worksheet again"
+)
 EMPTY = ("", "-")  # of a cell without a grade
 UNITS = {"week": 7.0, "day": 1.0, "hour": 1 / 24, "min": 1 / 1440, "sec": 1 / 86400}
 
@@ -121,13 +118,7 @@ def read_canvas(path: str | os.PathLike[str], title: str) -> Gradebook:
 
 def read_moodle(path: str | os.PathLike[str]) -> Gradebook:
     """Read Moodle's grading worksheet, in English, to fill in grades and comments."""
-    try:
-        columns, rows = read_rows(path, ("Identifier", "Grade"))
-    except MissingColumnError as error:
-        raise LabkitError(
-            f"{error}. Moodle names the columns in your language: set it to English in your "
-            f"preferences, and download the worksheet again"
-        ) from None
+    columns, rows = read_rows(path, ("Identifier", "Grade"), way_out=IN_ENGLISH)
     people = {}
     for line, row in rows:
         maximum = row.get("Maximum Grade", "")

@@ -16,14 +16,13 @@ Row: TypeAlias = dict[str, str]
 FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")  # the wide ones where people type Chinese
 
 
-class MissingColumnError(LabkitError):
-    """A table lacks a column."""
-
-
 def read_rows(
-    path: str | os.PathLike[str], needed: Sequence[str]
+    path: str | os.PathLike[str], needed: Sequence[str], way_out: str = ""
 ) -> tuple[Sequence[str], list[tuple[int, Row]]]:
-    """Read the columns of a table, of which some are `needed`, and its rows with their lines."""
+    """Read the columns of a table, and its rows with their lines.
+
+    Where a `needed` column is missing, the message ends with the `way_out`.
+    """
     try:
         content = Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
@@ -50,8 +49,8 @@ def read_rows(
     for name in needed:
         if name not in columns:
             present = ", ".join(columns) or "none"
-            raise MissingColumnError(
-                f"{path}: line 1: no column {name!r}; the columns are {present}"
+            raise LabkitError(
+                f"{path}: line 1: no column {name!r}; the columns are {present}{way_out}"
             )
     return columns, rows
 
