@@ -53,7 +53,7 @@ def negate(x):
 """
 
 
-def test_what_is_slow_is_asked_again_with_more_time(graded, small):
+def test_what_is_right_so_far_and_slow_has_more_time(graded, small):
     """Law 1: visible cases pass, and a hidden one takes three times as long as a call may."""
     source = SLOW.format(seconds=1.5)
 
