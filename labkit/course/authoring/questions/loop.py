@@ -341,8 +341,9 @@ the transform after the last step.
         "a pair a little beyond a wide gate": LOOP_AT_THE_GATE,
     },
     "the budget": {
-        "the weights alone, and few steps": scans(24, OFF, 1.0, 0.1, 4, turn=FAR, error=0.15),
-        "a budget that ends the loop": scans(24, 1.5, 0.8, 0.1, 3, error=0.15),
+        "a guess far from no motion, and few steps":
+            scans(24, OFF, 1.0, OFF, 4, turn=FAR, error=0.15),
+        "a budget that ends the loop": scans(24, OFF, 1.0, OFF, 3, error=0.15),
     },
     "the test of the translation": {
         "a way straight ahead, without a turn": straight_ahead,
