@@ -133,7 +133,7 @@ len([bytes(2**27) for _ in range(99)])
 open("/box/a", "wb").write(bytes(2**24 + 2**20))
 os.sched_setaffinity({grader}, [0]) or True
 """,
-    "user": "os.getuid() * (os.getuid() == {user})",
+    "user": "os.getuid() == {user} == 0",
 }
 HOLES = """
 import ctypes, os, socket, subprocess
