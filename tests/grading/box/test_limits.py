@@ -94,6 +94,30 @@ def test_who_writes_too_much_is_told_and_goes_on(wall):
         assert [*told(box, WRITES, "too_much")] == [errno.EFBIG]
 
 
+STARTS = """
+import subprocess
+started = subprocess.Popen(["sleep", "infinity"])
+def pid():
+    return started.pid
+"""
+
+
+def test_what_code_without_a_wall_started_ends_with_its_box():
+    """Where nothing refuses a new process."""
+
+    def state():
+        with contextlib.suppress(OSError):
+            return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+        return "gone"
+
+    with contextlib.closing(Box(Wall("none"))) as box:
+        (pid,) = told(box, STARTS, "pid")
+        assert state() not in ("gone", "Z")
+
+    while state() not in ("gone", "Z"):
+        time.sleep(0.05)
+
+
 def test_a_box_shares_no_namespace_with_the_grader(wall):
     """A second wall behind the filter of calls, of which either holds alone."""
     if wall.mode != "bubblewrap":
