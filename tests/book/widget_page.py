@@ -70,7 +70,7 @@ def repeat_until(is_there: Callable[[], bool], act: Callable[[], object], what: 
 
 def settle(page: Page) -> None:
     """Let the page draw what has happened."""
-    page.evaluate("() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
+    promised(page, "() => new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
 
 
 def readout(page: Page, name: str) -> Locator:
