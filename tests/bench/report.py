@@ -31,7 +31,7 @@ BOOK = Path(__file__).parents[2] / "book"
 INTRO = """\
 # Benchmark
 
-How fast and how exact is the lab's matcher, compared with those that people use? Every matcher
+A comparison with other libraries: how fast and how exact is the lab's matcher? Every matcher
 below got the same pairs of scans, the same guess, the same gate and one thread. The matchers took
 turns of twenty pairs each, so the machine was the same for all of them. The time includes search
 trees and normals, and ends with the pose. libpointmatcher is not among them: PyPI and Debian do not

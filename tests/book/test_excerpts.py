@@ -1,5 +1,8 @@
 """What the search finds: each passage of a page once, in the entry that its reader looks for."""
 
+import re
+from pathlib import Path
+
 from docutils import nodes
 from excerpts import entries
 
@@ -31,3 +34,11 @@ def test_a_row_of_a_table_of_messages_is_an_entry():
     page = section("When something goes wrong", table, id="wrong")
 
     assert ("wrong", "message", "a result of nan", "the run failed", "") in list(entries(page))
+
+
+def test_each_word_of_the_glossary_leads_to_where_it_is_explained():
+    glossary = Path(__file__).parents[2] / "book" / "glossary.md"
+    meanings = re.findall(r"(?m)^\S.*\n((?:  .*\n)+)", glossary.read_text("utf-8"))
+
+    assert len(meanings) > 40
+    assert not [text for text in meanings if not re.search(r"\]\((\.\./notebooks/|formats)", text)]
