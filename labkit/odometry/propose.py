@@ -16,7 +16,6 @@ import numpy as np
 from labkit.line_alignment import Information
 from labkit.odometry.constants import (
     AGE_HANDICAP,
-    LEAST_WHEEL_ERROR,
     MAX_STARTS,
     MOTION_COST,
     RETURN_HANDICAP,
@@ -136,7 +135,7 @@ def expect(
         handicap=np.asarray(RETURN_HANDICAP * np.arange(len(starts)), np.float64),
         shift=shift,
         turn=turn,
-        cost_scale=WHEEL_COST * min(1.0, LEAST_WHEEL_ERROR[0] / scales.wheel_shift),
+        cost_scale=WHEEL_COST,
         sure_score=min(SURE_SCORE_ALONE, SURE_SCORE_AT_REST + SURE_SCORE_SLOPE * shift),
         T_search=poses[0],
         search_shift=WINDOW * shift,
