@@ -631,7 +631,7 @@ What does one disturbance cost the odometry? Each row disturbs the scans or the 
 log in one way, and runs the [lab's odometry](odometry.md) on it. The figures are ATE in metres: the
 median of some runs, whose ranges differ by a millimetre of noise, the smallest and the largest, and
 that of the wheels alone, disturbed as they are. One run scatters by a factor of two, and so may the
-median of few.
+median of few. The runs of a row have the seeds 0, 1, …; a single run has seed 0.
 
 - A step is *wrong* if it is off by more than 0.2 m or 5°, and *told* if its record is doubtful
   (`StepRecord.is_doubtful`); both are sums over the runs. *Doubted* is the share of the right steps
