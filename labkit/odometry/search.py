@@ -36,8 +36,7 @@ from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.compiled import compiled
 from labkit.target import Target
 
-FINE_TURNS = COARSE_TURN * np.linspace(-0.5, 0.5, 5)
-FINE_ROTATIONS = from_xytheta(np.outer(FINE_TURNS, [0.0, 0.0, 1.0]))
+FINE_ROTATIONS = from_xytheta(np.outer(np.linspace(-0.5, 0.5, 5), [0.0, 0.0, COARSE_TURN]))
 
 
 @compiled
@@ -149,7 +148,7 @@ def refine(points: FloatArray, field: LikelihoodField, poses: FloatArray) -> Flo
     rotated = poses[:, None] @ FINE_ROTATIONS
     scores = mean_values(field.fine, field.corner, points, rotated.reshape(-1, 3, 3), shifts)
     scores = scores.reshape(len(poses), -1)
-    turn, shift = np.unravel_index(scores.argmax(axis=1), (len(FINE_TURNS), len(shifts)))
+    turn, shift = np.unravel_index(scores.argmax(axis=1), (len(FINE_ROTATIONS), len(shifts)))
     fine = rotated[np.arange(len(poses)), turn]
     fine[:, :2, 2] += CELL * shifts[shift]
     return fine[np.argsort(-scores.max(axis=1), kind="stable")]
