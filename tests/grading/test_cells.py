@@ -40,3 +40,21 @@ def test_experiments_without_an_end_cost_no_answer_and_end_no_box(graded, small)
 
     assert verdict.score == 5.0
     assert not any("ended the program" in note for note in verdict.notes), verdict.notes
+
+
+SLOW_IMPORT = """import time
+end = time.process_time() + 0.8
+while time.process_time() < end:
+    pass
+TWO = 2
+"""
+
+
+def test_an_import_has_more_time_than_another_statement(graded, small):
+    """Law 4: some packages are large."""
+    source = "import slow\n" + RIGHT_NUMBERS.replace("2 * x", "slow.TWO * x")
+    files = {"a.py": source.encode(), "slow.py": SLOW_IMPORT.encode()}
+
+    verdict = graded(files, read_assignment(small), seconds=0.5)
+
+    assert verdict.score == 5.0, verdict.notes

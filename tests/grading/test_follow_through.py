@@ -154,6 +154,50 @@ def test_a_side_effect_costs_no_caller_and_is_told_by_its_name(name, graded):
     assert all(f"The cases of `{name}` pass: does code" in message for message in told)
 
 
+def test_who_is_wrong_with_right_functions_too_is_told_of_no_others(graded):
+    """A caller that gains nothing by them keeps its own verdict and its own words."""
+    wrong = {
+        "rotation": RIGHT["rotation"].replace("np.cos(theta)", "1.0"),
+        "align": RIGHT["align"].replace("q_mean - R @ p_mean", "q_mean - p_mean"),
+    }
+
+    verdict = graded({"a.ipynb": answered(wrong)}, ASSIGNMENT)
+
+    (align,) = [one for one in verdict.questions if one.question == "align"]
+    assert (align.score, align.replaced) == (0.0, ())
+    assert "in place of yours" not in align.message
+
+
+def test_no_more_functions_are_replaced_than_gain_something(graded):
+    wrong = {
+        "rotation": RIGHT["rotation"].replace("np.cos(theta)", "1.0"),
+        "integrate": RIGHT["integrate"].replace(
+            "wrap(psi + increment[2])", "wrap(psi) + increment[2]"
+        ),
+    }
+
+    verdict = graded({"a.ipynb": answered(wrong)}, ASSIGNMENT)
+
+    (integrate,) = [one for one in verdict.questions if one.question == "integrate"]
+    assert 0.0 < integrate.score < integrate.points
+    assert integrate.replaced == ("rotation",)
+
+
+def test_a_side_effect_beside_a_mistake_costs_no_caller(graded):
+    sources = {
+        "overlap": RIGHT["overlap"].replace(
+            "    return kept", "    distances.sort()\n    return kept"
+        ),
+        "huber_weights": "def huber_weights(residuals, delta):\n    return None\n",
+    }
+
+    verdict = graded({"a.ipynb": answered(sources)}, ASSIGNMENT)
+
+    assert [one.question for one in verdict.questions if not one.passed] == ["huber_weights"]
+    (step,) = [one for one in verdict.questions if one.question == "icp_step"]
+    assert set(step.replaced) == {"huber_weights", "overlap"}
+
+
 def test_what_is_lent_to_a_module_is_taken_back(graded):
     """Law 2: a caller in the module, asked later, is told that one stood in for its own, too."""
     names = ("rotation", "wrap", "integrate")

@@ -18,8 +18,9 @@ from tests.grading.notebooks import answered
 from tests.grading.small import HANGS, SQUARED, hand_in, scores
 
 WAITS = "import threading\ndef double(x):\n    threading.Event().wait(99)\nnegate = double\n"
-DRAWS = "import random\nimport numpy as np\ndef double(x):\n    return np.random.rand()\n"
-DRAWS += "def negate(x):\n    return random.random()\n"
+DRAWS = "import random\nimport numpy as np\nFIRST = np.random.rand(), random.random()\n"
+DRAWS += "def double(x):\n    return FIRST[0] + np.random.rand()\n"
+DRAWS += "def negate(x):\n    return FIRST[1] + random.random()\n"
 WORKS = "def double(x):\n    return sum(2 * x for _ in range(300_000)) / 300_000\nnegate = double\n"
 
 
