@@ -40,23 +40,30 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.correspondences import Correspondences, associate, reject_and_weigh
+from labkit.correspondences import (
+    Correspondences,
+    pairs_at,
+)
 from labkit.degeneracy import observability
 from labkit.line_alignment import (
     MIN_INFORMATION,
     line_residuals,
     line_rows,
-    normal_equations,
-    solve_constrained,
 )
-from labkit.neighbors import Grid, start_search
-from labkit.normals import MAX_NEIGHBOR_DISTANCE, estimate_normals
+from labkit.normals import (
+    MAX_NEIGHBOR_DISTANCE,
+    estimate_normals,
+)
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan
-from labkit.schedule import stage_of
-from labkit.se2 import to_xytheta
-from labkit.support.arrays import FloatArray, IntArray, as_covariance, as_numbers, check_range
-from labkit.support.compiled import compiled
+from labkit.se2 import from_xytheta, to_xytheta
+from labkit.support.arrays import (
+    FloatArray,
+    IntArray,
+    as_covariance,
+    as_numbers,
+    check_range,
+)
 from labkit.support.errors import DegenerateAlignmentError, InvalidParameterError
 from labkit.target import Target
 
@@ -64,7 +71,6 @@ ALONG_AN_AXIS = 0.02  # component of a free direction below which its axis is no
 SLIDE = 0.5  # [m or rad]: how far to slide along a free motion, to either side
 RETURN_STEPS = 6  # Gauss-Newton steps from there back onto the surfaces
 MAX_STD = 100.0  # [m], of a range: no scanner is worse
-ROUNDING_SHARE = 1e-12  # an eigenvalue below this share of their sum is rounding
 
 
 @runtime_checkable
@@ -164,12 +170,13 @@ def _covariance_and_bases(
     if np.isnan(result.T_target_source[0, 0]):
         raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
     seen, free = _split_motions(result)
-    pairs = _line_pairs(result, seen)
+    x = to_xytheta(result.T_target_source)
+    pairs = _line_pairs(result.correspondences, result.target, x, seen)
     by_ranges = _range_pulls(pairs, range_std, result.target)
     pulls = _line_pulls(pairs)
     net_pull = pulls.sum(axis=0)
     if result.parameters.metric == "point_to_point":
-        pulls = pulls + _pulls_along_surfaces(pairs, result.T_target_source, seen)
+        pulls = pulls + _pulls_along_surfaces(pairs, x, seen)
     stretch, _ = _share_cells(pairs.target, MAX_NEIGHBOR_DISTANCE)
     by_stretch = _sum_by(stretch, pulls)
     noise = by_ranges.T @ by_ranges
@@ -178,14 +185,16 @@ def _covariance_and_bases(
     return gain @ noise @ gain.T, seen, free
 
 
-def _line_pairs(result: _Result, seen: FloatArray) -> _LinePairs:
-    pairs = result.correspondences
-    normals = result.target.normals[pairs.target_index]
+def _line_pairs(
+    pairs: Correspondences, target: Target, x: FloatArray, seen: FloatArray
+) -> _LinePairs:
+    """Those of the pairs at a motion x, (3,), that are kept and lie on a surface."""
+    normals = target.normals[pairs.target_index]
     used = pairs.kept & np.isfinite(normals[:, 0])
     p = pairs.source[used]
     q = pairs.target[used]
     n = normals[used]
-    scanner = _position(result.T_target_source)
+    scanner = (x[0], x[1])
     return _LinePairs(
         source=p,
         arm=p - scanner,
@@ -199,9 +208,10 @@ def _line_pairs(result: _Result, seen: FloatArray) -> _LinePairs:
     )
 
 
-def _position(T: FloatArray) -> tuple[float, float]:
-    """The position of the scanner at pose T [m]."""
-    return float(T[0, 2]), float(T[1, 2])
+def _nearest_pairs(result: _Result, x: FloatArray, seen: FloatArray) -> _LinePairs:
+    """The pairs that are nearest at another motion x, (3,)."""
+    pairs = pairs_at(result.source, result.target, from_xytheta(x), result.parameters)
+    return _line_pairs(pairs, result.target, x, seen)
 
 
 def _hessian(pairs: _LinePairs) -> FloatArray:
@@ -235,12 +245,10 @@ def _line_pulls(pairs: _LinePairs) -> FloatArray:
     return 2.0 * (pairs.weights * pairs.residuals)[:, None] * pairs.slope
 
 
-def _pulls_along_surfaces(
-    pairs: _LinePairs, T_target_source: FloatArray, seen: FloatArray
-) -> FloatArray:
+def _pulls_along_surfaces(pairs: _LinePairs, x: FloatArray, seen: FloatArray) -> FloatArray:
     """Gradients of w (τ·(R p + t − q))² with respect to x, (N, S); τ runs along the surface."""
     tangents = _perpendicular(pairs.normals)
-    slope = line_rows(pairs.source, tangents, _position(T_target_source), 1.0) @ seen
+    slope = line_rows(pairs.source, tangents, (x[0], x[1]), 1.0) @ seen
     residuals = line_residuals(pairs.source, pairs.target, tangents)
     return np.asarray(2.0 * (pairs.weights * residuals)[:, None] * slope)
 
@@ -313,62 +321,16 @@ def _follow_surfaces(result: _Result, seen: FloatArray, direction: FloatArray) -
 
     The scan slides by `SLIDE` along it to either side, and returns to the surfaces there.
     """
-    target, parameters = result.target, result.parameters
-    x = to_xytheta(result.T_target_source)
-    onto_seen = seen @ np.linalg.pinv(seen)  # the projection
-    ends = [
-        return_to_surfaces(
-            start,
-            onto_seen,
-            result.source.points,
-            target.search.grid,
-            target.normals_for(parameters),
-            target.normals,
-            parameters,
-        )
-        for start in (x + SLIDE * direction, x - SLIDE * direction)
-    ]
+    ends = []
+    for side in (SLIDE, -SLIDE):
+        x = to_xytheta(result.T_target_source) + side * direction
+        for _ in range(RETURN_STEPS):
+            pairs = _nearest_pairs(result, x, seen)
+            A = (pairs.slope * pairs.weights[:, None]).T @ pairs.slope
+            g = pairs.slope.T @ (pairs.weights * pairs.residuals)
+            x = x - seen @ np.linalg.lstsq(A, g)[0]
+        ends.append(x)
     return (ends[0] - ends[1]) / (2.0 * SLIDE)
-
-
-@compiled
-def return_to_surfaces(
-    x: FloatArray,
-    onto: FloatArray,
-    source: FloatArray,
-    target: Grid,
-    metric_normals: FloatArray,
-    normals: FloatArray,
-    parameters: IcpParameters,
-) -> FloatArray:
-    """The motion x, (3,), moved back onto the surfaces in the directions that `onto` projects on.
-
-    `metric_normals` are those of the metric: (0, 2) under point-to-point.
-    """
-    x = x.copy()
-    stage = stage_of(parameters, len(source), False, 0)
-    for _ in range(RETURN_STEPS):
-        c, s = math.cos(x[2]), math.sin(x[2])
-        T = np.array([[c, -s, x[0]], [s, c, x[1]], [0.0, 0.0, 1.0]])
-        p, index, distances = associate(source, start_search(target, len(source)), T, math.inf)
-        pairs = reject_and_weigh(p, index, distances, target.points, metric_normals, stage)
-        n = normals[index]
-        J = project_rows(line_rows(p, n, (x[0], x[1]), 1.0), onto)
-        weights = np.where(np.isfinite(n[:, 0]), pairs.weights, 0.0)
-        A, g = normal_equations(J, J, line_residuals(p, pairs.target, n), weights)
-        x += solve_constrained(A, g, ROUNDING_SHARE * (1.0 + A[0, 0] + A[1, 1] + A[2, 2]))
-    return x
-
-
-@compiled
-def project_rows(J: FloatArray, onto: FloatArray) -> FloatArray:
-    """The rows of J (N, 3) in the directions that the projection `onto` (3, 3) keeps."""
-    projected = np.zeros(J.shape)
-    for i in range(len(J)):
-        for row in range(3):
-            for column in range(3):
-                projected[i, row] += onto[row, column] * J[i, column]
-    return projected
 
 
 def _ranges(points: FloatArray) -> FloatArray:
