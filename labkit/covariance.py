@@ -21,9 +21,12 @@ normals and weights of the last association held fixed. Five things are added to
 - Where the estimate is not the minimum, the step back to it is added.
 
 The formula knows one minimum, and cannot know whether it is the right one (`python
-tests/bench/density.py` compares it with the errors). Nor does it know that dense points need
-surfaces some 40 times as long as their noise is wide: in a room of 1 m with 3 cm of noise their
-lines run round its corners, and the match stays near its guess.
+tests/bench/density.py` compares it with the errors).
+
+A scan of points in a cloud has partners near by wherever it lies: the pairs seem to hold it, and
+do not. So where points lie closer together than their noise, the scan is moved a little and
+paired anew. If little of the pull is left, there is no covariance. This happens where surfaces
+are shorter than some 40 times their noise, such as in a room of 1 m with 3 cm of noise.
 
 References
 ----------
@@ -43,6 +46,7 @@ from numpy.typing import ArrayLike
 from labkit.correspondences import (
     Correspondences,
     pairs_at,
+    weights_of,
 )
 from labkit.degeneracy import observability
 from labkit.line_alignment import (
@@ -52,12 +56,16 @@ from labkit.line_alignment import (
 )
 from labkit.normals import (
     MAX_NEIGHBOR_DISTANCE,
+    MIN_ON_LINE,
     estimate_normals,
+    median_spreads,
+    spread_out,
 )
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, to_xytheta
 from labkit.support.arrays import (
+    EPSILON,
     FloatArray,
     IntArray,
     as_covariance,
@@ -70,6 +78,7 @@ from labkit.target import Target
 ALONG_AN_AXIS = 0.02  # component of a free direction below which its axis is not free
 SLIDE = 0.5  # [m or rad]: how far to slide along a free motion, to either side
 RETURN_STEPS = 6  # Gauss-Newton steps from there back onto the surfaces
+MIN_HELD_SHARE = 1.0 / 3.0  # of the pull of fixed pairs; an overlap of 0.85 alone leaves half
 MAX_STD = 100.0  # [m], of a range: no scanner is worse
 
 
@@ -111,7 +120,8 @@ def censi_covariance(result: _Result, range_std: float) -> FloatArray:
     Raises
     ------
     DegenerateAlignmentError
-        Where the match failed, or no pair lies on a surface.
+        Where the match failed, no pair lies on a surface, or other pairs are as near
+        wherever the scan lies.
     """
     covariance_seen, seen, free = _covariance_and_bases(result, range_std)
     covariance = seen @ covariance_seen @ seen.T
@@ -172,6 +182,12 @@ def _covariance_and_bases(
     seen, free = _split_motions(result)
     x = to_xytheta(result.T_target_source)
     pairs = _line_pairs(result.correspondences, result.target, x, seen)
+    is_cloud = _is_cloud(result.target, range_std)
+    if is_cloud and _held_share(result, pairs, x, seen) < MIN_HELD_SHARE:
+        raise DegenerateAlignmentError(
+            "no covariance: the scan finds partners as near wherever it lies; "
+            "points so dense need longer surfaces, or less noise"
+        )
     by_ranges = _range_pulls(pairs, range_std, result.target)
     pulls = _line_pulls(pairs)
     net_pull = pulls.sum(axis=0)
@@ -212,6 +228,37 @@ def _nearest_pairs(result: _Result, x: FloatArray, seen: FloatArray) -> _LinePai
     """The pairs that are nearest at another motion x, (3,)."""
     pairs = pairs_at(result.source, result.target, from_xytheta(x), result.parameters)
     return _line_pairs(pairs, result.target, x, seen)
+
+
+def _is_cloud(target: Target, range_std: float) -> bool:
+    """True if a target's points lie closer together than their noise: three within it."""
+    grid = target.search.grid
+    _, _, count = median_spreads(spread_out(grid.points), range_std, grid)
+    return count >= MIN_ON_LINE
+
+
+def _held_share(result: _Result, pairs: _LinePairs, x: FloatArray, seen: FloatArray) -> float:
+    """Share of the pull of fixed pairs that is left if each point takes its nearest partner anew.
+
+    The scan moves by its residuals' size to either side in each direction that is seen; the
+    smallest share counts. A point in a cloud has a partner near by wherever the scan lies.
+    """
+    rms = math.sqrt(np.average(pairs.residuals**2, weights=pairs.weights))
+    if rms < 64.0 * EPSILON * np.abs(pairs.source).max():  # rounding
+        return 1.0
+    shares = []
+    for k, direction in enumerate(seen.T):
+        slope = pairs.slope[:, k]
+        step = rms / math.sqrt(np.average(slope**2, weights=pairs.weights))
+        of_fixed, of_nearest = 0.0, 0.0
+        for side in (step, -step):
+            residuals = pairs.residuals + side * slope
+            weights = weights_of(np.abs(residuals), result.parameters.huber_delta)
+            of_fixed += side * np.sum(weights * residuals * slope)
+            nearest = _nearest_pairs(result, x + side * direction, seen)
+            of_nearest += side * np.sum(nearest.weights * nearest.residuals * nearest.slope[:, k])
+        shares.append(of_nearest / of_fixed)
+    return min(shares, default=1.0)
 
 
 def _hessian(pairs: _LinePairs) -> FloatArray:

@@ -16,9 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from labkit import ACCURATE, IcpParameters, Scan, icp
+from labkit.covariance import censi_information
 from labkit.se2 import transform
 from labkit.simulation import Lidar, World, cast
 from labkit.simulation.world import polyline
+from labkit.support.errors import DegenerateAlignmentError
 from tables import markdown
 
 METRICS = {"lines": ACCURATE, "points": IcpParameters()}
@@ -58,10 +60,13 @@ def row(metric: str, kind: str, side: float, noise: float, points: int, draws: i
         result = icp(source, target, None, METRICS[metric])
         seconds = time.process_time() - start
         error = result.xytheta - motion
-        covariance = result.covariance(noise)
-        nees = (
-            error @ np.linalg.solve(covariance, error) if np.isfinite(covariance).all() else np.nan
-        )
+        try:
+            information = censi_information(result, noise)
+            nees = (
+                error @ information @ error if np.linalg.matrix_rank(information) == 3 else np.nan
+            )
+        except DegenerateAlignmentError:
+            nees = np.nan
         figures.append((1e3 * np.hypot(*error[:2]), nees, result.converged, 1e3 * seconds))
     error_mm, _, _, ms = np.median(figures, axis=0)
     _, nees, converged, _ = np.nanmean(figures, axis=0)
