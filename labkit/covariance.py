@@ -43,17 +43,9 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.correspondences import (
-    Correspondences,
-    pairs_at,
-    weights_of,
-)
+from labkit.correspondences import Correspondences, pairs_at, weights_of
 from labkit.degeneracy import observability
-from labkit.line_alignment import (
-    MIN_INFORMATION,
-    line_residuals,
-    line_rows,
-)
+from labkit.line_alignment import MIN_INFORMATION, line_residuals, line_rows
 from labkit.normals import (
     MAX_NEIGHBOR_DISTANCE,
     MIN_ON_LINE,
@@ -77,7 +69,6 @@ from labkit.target import Target
 
 ALONG_AN_AXIS = 0.02  # component of a free direction below which its axis is not free
 SLIDE = 0.5  # [m or rad]: how far to slide along a free motion, to either side
-RETURN_STEPS = 6  # Gauss-Newton steps from there back onto the surfaces
 MIN_HELD_SHARE = 1.0 / 3.0  # of the pull of fixed pairs; an overlap of 0.85 alone leaves half
 MAX_STD = 100.0  # [m], of a range: no scanner is worse
 
@@ -366,16 +357,22 @@ def _split_motions(result: _Result) -> tuple[FloatArray, FloatArray]:
 def _follow_surfaces(result: _Result, seen: FloatArray, direction: FloatArray) -> FloatArray:
     """A free direction, (3,), as the line between two places of the scan on the surfaces.
 
-    The scan slides by `SLIDE` along it to either side, and returns to the surfaces there.
+    The scan slides by `SLIDE` along it to either side, and returns to the surfaces there, with the
+    budget and the tolerances of the run.
     """
+    parameters = result.parameters
     ends = []
     for side in (SLIDE, -SLIDE):
         x = to_xytheta(result.T_target_source) + side * direction
-        for _ in range(RETURN_STEPS):
+        for _ in range(parameters.max_iterations):
             pairs = _nearest_pairs(result, x, seen)
             A = (pairs.slope * pairs.weights[:, None]).T @ pairs.slope
             g = pairs.slope.T @ (pairs.weights * pairs.residuals)
-            x = x - seen @ np.linalg.lstsq(A, g)[0]
+            step = seen @ np.linalg.lstsq(A, g)[0]
+            x = x - step
+            is_short = math.hypot(step[0], step[1]) < parameters.translation_tolerance
+            if is_short and abs(step[2]) < parameters.rotation_tolerance:
+                break
         ends.append(x)
     return (ends[0] - ends[1]) / (2.0 * SLIDE)
 
