@@ -70,7 +70,7 @@ from labkit.target import Target
 ALONG_AN_AXIS = 0.02  # component of a free direction below which its axis is not free
 SLIDE = 0.5  # [m or rad]: how far to slide along a free motion, to either side
 MIN_HELD_SHARE = 1.0 / 3.0  # of the pull of fixed pairs; an overlap of 0.85 alone leaves half
-MAX_STD = 100.0  # [m], of a range: no scanner is worse
+MAX_RANGE_STD = 100.0  # [m], of a range: no scanner is worse
 
 
 @runtime_checkable
@@ -167,7 +167,7 @@ def _covariance_and_bases(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Covariance (6.4) in the coordinates of the motions that the pairs see, and the two bases."""
     _check_result(result)
-    range_std = check_range(range_std, "range_std", above=0.0, at_most=MAX_STD, unit="m")
+    range_std = check_range(range_std, "range_std", above=0.0, at_most=MAX_RANGE_STD, unit="m")
     if np.isnan(result.T_target_source[0, 0]):
         raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
     seen, free = _split_motions(result)

@@ -19,7 +19,7 @@ from labkit.support.arrays import FloatArray, IntArray, as_points
 from labkit.support.compiled import compiled
 
 CELLS_PER_POINT = 8  # walls fill few of the cells
-SAMPLE_SIZE = 32  # points by which the grid's borders are chosen
+BORDER_SAMPLE = 32  # points by which the grid's borders are chosen
 ROUNDING_MARGIN = 1.0 + 1e-9  # factor on a distance, so that rounding loses no point
 CELL_TOLERANCE = 1e-6  # of a cell's side: rounding may place a point this far beyond its cell
 MIN_SIDE = 1e-150  # [m]: narrower cells mean that all points coincide
@@ -177,7 +177,7 @@ def trimmed_range(values: FloatArray) -> tuple[float, float]:
 
     The middle four fifths of a sample, made wider by half their width on either side.
     """
-    sample = values[:: max(1, len(values) // SAMPLE_SIZE)].copy()
+    sample = values[:: max(1, len(values) // BORDER_SAMPLE)].copy()
     tenth = len(sample) // 10
     low = kth_smallest(sample, tenth)
     high = kth_smallest(sample, len(sample) - 1 - tenth)
