@@ -248,7 +248,8 @@ def _held_share(result: _Result, pairs: _LinePairs, x: FloatArray, seen: FloatAr
             of_fixed += side * np.sum(weights * residuals * slope)
             nearest = _nearest_pairs(result, x + side * direction, seen)
             of_nearest += side * np.sum(nearest.weights * nearest.residuals * nearest.slope[:, k])
-        shares.append(of_nearest / of_fixed)
+        if of_fixed > 0.0:  # it is 0 where all residuals lie beyond δ
+            shares.append(of_nearest / of_fixed)
     return min(shares, default=1.0)
 
 
