@@ -4,9 +4,9 @@
 // picture.
 (() => {
   const vendor = new URL("vendor/killian/map.js", document.currentScript.src).href;
-  const MARGIN_PX = 12;
+  const MARGIN_M = 12; // m of the map about the path
   const PLAY_MS = 7000;
-  const STATE_WORDS = ["wheels", "scan matching", "places recognised"]; // m, ms
+  const STATE_WORDS = ["wheels", "scan matching", "places recognised"];
   const SCALE_BAR_M = 50; // m
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 
@@ -209,8 +209,8 @@
       const W = (canvas.width = Math.round(width * dense));
       const H = (canvas.height = Math.round(canvas.clientHeight * dense));
       const scale = Math.min(
-        W / (high[1] - low[1] + 2 * MARGIN_PX),
-        H / (high[0] - low[0] + 2 * MARGIN_PX),
+        W / (high[1] - low[1] + 2 * MARGIN_M),
+        H / (high[0] - low[0] + 2 * MARGIN_M),
       );
       const cx = (low[0] + high[0]) / 2;
       const cy = (low[1] + high[1]) / 2;

@@ -23,7 +23,7 @@ class LiveFigure extends View {
   constructor(model, signal) {
     super(model, signal);
     this.first = model.get("values");
-    this.answer = MODELS[model.get("model_name")](unpackedArrays(model.get("given")));
+    this.answer = MODELS[model.get("model_name")](unpackedArrays(model.get("model_data")));
     this.sliders = model.get("sliders").map(({ label, values }, k) => {
       const digits = Math.max(...values.map((value) => (String(value).split(".")[1] ?? "").length));
       const onValue = (value) =>

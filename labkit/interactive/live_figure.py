@@ -42,14 +42,14 @@ class LiveFigure(DrawnWidget):
     sliders: traitlets.List[Any] = traitlets.List().tag(sync=True)
     values = traitlets.List(traitlets.Float()).tag(sync=True)
     window = traitlets.List(traitlets.Float(), minlen=4, maxlen=4).tag(sync=True)
-    given = traitlets.Dict().tag(sync=True)
+    model_data = traitlets.Dict().tag(sync=True)
 
     def draw(self, figure: Figure) -> None:
         """Draw the points that the figure is given, before they are moved."""
         ax = figure.subplots()
-        draw_target(ax, from_base64(self.given["target"]).reshape(-1, 2))
-        if "source" in self.given:
-            source = from_base64(self.given["source"]).reshape(-1, 2)
+        draw_target(ax, from_base64(self.model_data["target"]).reshape(-1, 2))
+        if "source" in self.model_data:
+            source = from_base64(self.model_data["source"]).reshape(-1, 2)
             ax.plot(*source.T, "o", ms=3.8, mfc="none", color=SOURCE, label="source")
         style_plane(ax)
         left, right, bottom, top = self.window
@@ -65,7 +65,7 @@ def live_figure(
     start: Sequence[float],
     xlim: tuple[float, float],
     ylim: tuple[float, float],
-    **given: ArrayLike | IcpParameters,
+    **model_data: ArrayLike | IcpParameters,
 ) -> LiveFigure:
     """A picture that is computed where it is read, each time that a slider moves.
 
@@ -81,7 +81,7 @@ def live_figure(
         Where each slider stands at first.
     xlim, ylim : (float, float)
         Part of the plane that is shown [m].
-    **given
+    **model_data
         Numbers, arrays and parameters of the model, by the names that it knows.
     """
     check_choice(model, "model", *MODELS)
@@ -94,7 +94,7 @@ def live_figure(
         sliders=[{"label": name, "values": values} for name, values in values_by_name.items()],
         values=values.tolist(),
         window=window.tolist(),
-        given={name: argument_to_json(name, value) for name, value in given.items()},
+        model_data={name: argument_to_json(name, value) for name, value in model_data.items()},
     )
 
 

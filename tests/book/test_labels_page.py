@@ -14,11 +14,11 @@ RECORD = """() => {
     window.marks = [];
     const record = (name, kind, content) => {
         const draw = CanvasRenderingContext2D.prototype[name];
-        CanvasRenderingContext2D.prototype[name] = function (...given) {
-            const [text, u, v] = content(...given);
+        CanvasRenderingContext2D.prototype[name] = function (...values) {
+            const [text, u, v] = content(...values);
             const what = kind ?? this.textAlign.replace("start", "left");
             window.marks.push([this.canvas.className, what, text, u, v]);
-            return draw.apply(this, given);
+            return draw.apply(this, values);
         };
     };
     record("fillText", null, (text, u, v) => [String(text), u, v]);

@@ -5,8 +5,8 @@ import { pathToFileURL } from "node:url";
 const { MODELS, unpackedArrays } = await import(pathToFileURL(process.argv[2]));
 
 const { figures } = JSON.parse(readFileSync(0, "utf8"));
-const answers = figures.map(({ model, given, moves }) => {
-  const answer = MODELS[model](unpackedArrays(given));
+const answers = figures.map(({ model, data, moves }) => {
+  const answer = MODELS[model](unpackedArrays(data));
   return moves.map((values) => {
     const { panels, numbers } = answer(...values);
     const marks = panels.map((each) =>

@@ -35,7 +35,7 @@ def run_model(folder, moves, model, **given):
     figure = live_figure(
         model, sliders, label="", start=moves[0], xlim=(-5.0, 5.0), ylim=(-5.0, 5.0), **given
     )
-    job = {"figures": [{"model": figure.model_name, "given": figure.given, "moves": moves}]}
+    job = {"figures": [{"model": figure.model_name, "data": figure.model_data, "moves": moves}]}
     return run_in_node("live.mjs", LiveFigure._esm, job, folder)["answers"][0]
 
 

@@ -67,12 +67,6 @@ export class Basin {
     return this.run && !this.run.stopped && !this.run.complete;
   }
 
-  // How far the basin reaches that is shown whole and still belongs to the sliders; null without
-  // one.
-  completed() {
-    return this.run?.complete && !this.run.stale ? this.reach : null;
-  }
-
   // The words for how things stand, written only where they change: a screen reader speaks them.
   tell() {
     const { complete, stale, outcomes, job } = this.run ?? {};
@@ -140,7 +134,7 @@ export class Basin {
 
   // What becomes of the guess, in words; empty where that is not known.
   of(x, y) {
-    if (!this.completed()) return "";
+    if (!this.run?.complete || this.run.stale) return "";
     const { job, step, outcomes } = this.run;
     const half = (GRID_SIDE_COUNT - 1) / 2;
     const [column, row] = [x - job.answer.x, y - job.answer.y].map(
