@@ -58,3 +58,14 @@ def test_an_import_has_more_time_than_another_statement(graded, small):
     verdict = graded(files, read_assignment(small), seconds=0.5)
 
     assert verdict.score == 5.0, verdict.notes
+
+
+def test_a_cell_that_fails_twice_is_told_by_its_first_reason(graded, small):
+    source = "1 / 0\nnowhere\n" + RIGHT_NUMBERS
+
+    verdict = graded({"a.py": source.encode()}, read_assignment(small))
+
+    assert verdict.score == 5.0
+    assert [note.partition(": ")[2] for note in verdict.notes] == [
+        "ZeroDivisionError: division by zero (line 1 of a.py)"
+    ]

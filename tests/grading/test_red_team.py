@@ -107,6 +107,7 @@ os.rename("/box/" + {mark!r}, {place!r})
 os.open({place!r}, os.O_CREAT | os.O_RDONLY)
 os.open({open!r}, os.O_WRONLY | os.O_TRUNC)
 os.memfd_create("a")
+os.open("/dev/shm/" + {mark!r}, os.O_CREAT | os.O_WRONLY)
 """,
     "other processes": """
 os.kill(-1, 9)
@@ -284,12 +285,18 @@ def test_a_wall_with_a_hole_is_refused(tmp_path):
         assert hole in reason
 
 
-def test_the_wall_holds_where_labkit_lies_among_what_a_box_sees(monkeypatch):
+def test_the_wall_holds_where_labkit_and_cases_lie_among_what_a_box_sees(monkeypatch, tmp_path):
     """As in a container, where pip installs into Python's own folder."""
     if not shutil.which("bwrap"):
         pytest.skip("bubblewrap is not installed")
-    monkeypatch.setattr("labkit.grading.box.outside.SYSTEM", (*SYSTEM, str(PACKAGE.parent)))
-    assert why_not(Wall(mode="bubblewrap", hidden=(str(FOLDER), str(PACKAGE / "icp.py")))) == ""
+    cases = tmp_path / "cases"
+    cases.mkdir(mode=0o755)
+    (cases / "hidden.json").touch()
+    tmp_path.chmod(0o755)
+    seen = (*SYSTEM, str(PACKAGE.parent), str(tmp_path))
+    monkeypatch.setattr("labkit.grading.box.outside.SYSTEM", seen)
+    hidden = (str(FOLDER), str(PACKAGE / "icp.py"), str(cases))
+    assert why_not(Wall(mode="bubblewrap", hidden=hidden)) == ""
 
 
 def test_where_no_wall_holds_the_message_says_what_to_do(monkeypatch):

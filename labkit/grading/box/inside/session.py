@@ -122,7 +122,7 @@ class Session:
                 self.faults |= {
                     name: f"its definition fails with {reason}"
                     for name in names
-                    if name in self.functions and name not in self.answers
+                    if name in self.functions
                 }
                 if isinstance(error, Exception):
                     names = [name for name in names if name not in self.space]
