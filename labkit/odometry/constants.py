@@ -10,6 +10,7 @@ import math
 
 # What a run measures on itself (scales)
 HISTORY = 40  # steps that a median is taken over
+FIRST_WHEEL_ERROR = (0.05, math.radians(4.0))  # [m], [rad]: stated, at rest
 FIRST_AGREEMENT = 0.9  # stated: a whole scan on its map
 LEAST_WHEEL_ERROR = (0.03, math.radians(1.5))  # [m], [rad]: turns of good wheels have heavy tails
 QUANTILE = 0.8  # of the wheels' errors: most steps go straight on, and turns err most: late wheels
@@ -22,8 +23,11 @@ USUAL_LIMITS = (2.0, math.radians(90.0))  # [m], [rad]: of a step, where a user 
 # Believing (propose, score, choose)
 WHEEL_COST = 0.13  # of agreement, for each e-fold of a motion unlike the wheels': wheels slip
 MOTION_COST = 0.05  # the same for a motion unlike the last ones: no wheels
-SURE_SCORE = 0.8  # a match that scores as much needs no search: no wheels
-SURE_SCORE_SLOPE = 1.0  # [1/m] of the window: enough beside wheels: every 2nd scan
+RETURN_HANDICAP = 0.3  # of the pose that goes on from a refused match: wheels jump
+SURE_SCORE_ALONE = 0.8  # without wheels: a match that scores as much needs no search
+SURE_SCORE_AT_REST = 0.2  # the same beside wheels without an error: every 2nd scan
+SURE_SCORE_SLOPE = 0.7  # [1/m]: what each metre of the window adds to it
+MIN_SCORE = 0.1  # a match that scores less tells less than the wheels: gaps of 15 scans
 AT_ONCE = 0.6  # of what the best match in the window lacks to a score of 1: a match outside lacks
 # less, or it is not believed: a door, wheels jump
 TIE = 0.01  # scores that differ by less are equal, and the first one wins: clean
@@ -45,11 +49,16 @@ CLEARANCE = 0.3  # [m]: a beam must end this far behind a point to have looked t
 MAX_GAP = math.radians(5.0)  # between two beams farther apart nobody knows what stands
 LOOKED_THROUGH_COST = 0.5  # of agreement, if beams look through all walls in view
 
-# Wheels (wheels)
+# Wheels and things that lie as they lay (wheels, carried)
 REST = (0.02, math.radians(0.5))  # [m], [rad]: wheels that tell less tell a stand
 SAME_VIEW_SHARE = 0.9  # of a scan's points that repeat those of the scan before, at a stand
 MIN_MOTION = (0.05, math.radians(2.0))  # [m], [rad]: what moves less tells no ratio
-REPEAT_DISTANCE = 0.1  # [m]: a point repeats an earlier one that lies nearer
+REPEAT_DISTANCE = 0.1  # [m]: a point repeats an earlier one that lies nearer; twice as far from
+# the map it is off the map
+CARRIED_SHARES = (
+    0.1,
+    0.65,
+)  # of a scan's points: fewer lie so by chance, more tell of slips
 
 # Map (local_map)
 KEY_SCANS = 30  # in the map, however long the robot drives

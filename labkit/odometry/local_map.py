@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
+from labkit.odometry.carried import mask_carried, mask_repeats
 from labkit.odometry.constants import KEY_MOTION, KEY_SCANS, MAP_CELL
 from labkit.result import step_length
 from labkit.scan import Scan
@@ -27,6 +28,7 @@ class LocalMap(NamedTuple):
     """
 
     target: Target | None = None
+    key: Target | None = None  # the newest key scan, as it was taken
     T_target_last: FloatArray = np.eye(3)
     sizes: tuple[int, ...] = ()  # points of each key scan, the oldest first
 
@@ -34,17 +36,28 @@ class LocalMap(NamedTuple):
         """The same map after one `increment` (Δx, Δy, Δψ)."""
         return self._replace(T_target_last=self.T_target_last @ from_xytheta(increment))
 
-    def advance(self, scan: Scan, increment: FloatArray, *, matched: bool) -> LocalMap:
-        """The map after the newest scan, one `increment` (Δx, Δy, Δψ) on."""
+    def advance(
+        self, scan: Scan, increment: FloatArray, prior: FloatArray | None, *, matched: bool
+    ) -> LocalMap:
+        """The map after the newest scan, one `increment` (Δx, Δy, Δψ) on.
+
+        If a prior told the motion, what is carried along stays out of the map.
+        """
         same_map = self.follow(increment)
         T_last = same_map.T_target_last
         distance, rotation = step_length(np.eye(3), T_last)
         is_near = distance <= KEY_MOTION[0] and rotation <= KEY_MOTION[1]
         if len(scan) < MIN_PAIRS or (self.target and matched and is_near):
             return same_map
-        return same_map._add_key_scan(Target(scan))
+        key = Target(scan)
+        fixed = key
+        if prior is not None and self.target and self.key:
+            carried = mask_carried(scan, mask_repeats(scan, self.key), self.target, T_last)
+            if carried.any():
+                fixed = Target(scan.select(~carried))
+        return same_map._add_key_scan(fixed, key)
 
-    def _add_key_scan(self, newest: Target) -> LocalMap:
+    def _add_key_scan(self, newest: Target, key: Target) -> LocalMap:
         """Add a key scan: of each cell the first point, with its normal among all of the scan.
 
         The map moves into the frame of this scan, and loses the oldest one beyond `KEY_SCANS`.
@@ -61,4 +74,4 @@ class LocalMap(NamedTuple):
             points = np.vstack([apply(T, self.target.scan.points[surplus:]), points])
             normals = np.vstack([self.target.normals[surplus:] @ T[:2, :2].T, normals])
         target = Target(Scan.from_points(points), normals)
-        return LocalMap(target, sizes=sizes[-KEY_SCANS:])
+        return LocalMap(target, key, sizes=sizes[-KEY_SCANS:])

@@ -19,7 +19,7 @@ import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.base import NO_POINTS, Odometry
-from labkit.odometry.constants import AT_ONCE, MARGIN, MAX_STD, TIE
+from labkit.odometry.constants import AT_ONCE, MARGIN, MAX_STD, MIN_SCORE, TIE
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.match import Match, match, stay
@@ -61,7 +61,7 @@ class MapState(NamedTuple):
         matched = record.decision.matched
         next_map = self.map.follow(increment)
         if not record.has_rival:
-            next_map = self.map.advance(scan, increment, matched=matched)
+            next_map = self.map.advance(scan, increment, record.prior, matched=matched)
         return MapState(
             pose=integrate_step(self.pose, increment),
             scans=self.scans + 1,
@@ -149,16 +149,16 @@ class MapOdometry(Odometry[MapState]):
                 break
         at_wheels = None
         rival = None
-        is_believed = best.score > 0.0 and not leads
+        is_believed = best.score > MIN_SCORE and not leads
         if prior is not None:
             at_wheels = stay(scan, target, expected, self.parameters.icp)
             nearest = best_in_window([at_wheels, *matches], expected)
             if not expected.holds(best.T) and not is_plainly_better(best, nearest, matches):
-                is_believed = nearest.score > 0.0 and not leads
+                is_believed = nearest.score > MIN_SCORE and not leads
                 if is_believed:
                     rival = best if math.isfinite(best.score) else None  # not of a failed match
                     best = nearest
-            if at_wheels.agreement >= max(best.agreement, 0.0):
+            if at_wheels.agreement >= max(best.agreement, MIN_SCORE):
                 best = at_wheels
         decision = Decision.SEARCH
         if best is matches[0]:

@@ -17,8 +17,10 @@ from labkit.line_alignment import Information
 from labkit.odometry.constants import (
     MAX_STARTS,
     MOTION_COST,
+    RETURN_HANDICAP,
     SEARCH_FACTOR,
-    SURE_SCORE,
+    SURE_SCORE_ALONE,
+    SURE_SCORE_AT_REST,
     SURE_SCORE_SLOPE,
     USUAL_CHANGE,
     WHEEL_COST,
@@ -38,7 +40,8 @@ class Expectation(NamedTuple):
 
     poses: FloatArray  # (K, 3, 3), the likeliest first
     first_count: int  # of them: those that are tried in the first round
-    judged_count: int  # of them: a pose is judged by the nearest of these; the others are tried
+    handicap: FloatArray  # (J,): added to the squared distance from each of the first J poses,
+    # by which a pose is judged; the others are only tried
     shift: float  # to either side: half of the window in which a match is expected [m]
     turn: float  # the same [rad]
     cost_scale: float  # c, of agreement: what a pose so unlike all costs that u = 1.7
@@ -52,14 +55,14 @@ class Expectation(NamedTuple):
 
         The directions `free`, shape (F, 2), do not count.
         """
-        poses = self.poses[: self.judged_count]
+        poses = self.poses[: len(self.handicap)]
         offset = poses[:, :2, 2] - T[:2, 2]
         if free is not None:
             offset = offset - (offset @ free.T) @ free
         R = T[:2, :2].T @ poses[:, :2, :2]
         turn = np.arctan2(R[:, 1, 0], R[:, 0, 0]) / self.turn
         shift = np.hypot(offset[:, 0], offset[:, 1]) / self.shift
-        return np.asarray(shift**2 + turn**2)
+        return np.asarray(shift**2 + turn**2 + self.handicap)
 
     def holds(self, T: FloatArray) -> bool:
         """True if a pose lies in the window around the likeliest one; NaN does not."""
@@ -108,11 +111,11 @@ def expect(
         return Expectation(
             poses=poses,
             first_count=1,
-            judged_count=len(poses),
+            handicap=np.zeros(len(poses)),
             shift=USUAL_CHANGE[0],
             turn=USUAL_CHANGE[1],
             cost_scale=MOTION_COST,
-            sure_score=SURE_SCORE if has_measured else math.inf,
+            sure_score=SURE_SCORE_ALONE if has_measured else math.inf,
             T_search=T_map_last,
             search_shift=SEARCH_FACTOR * float(np.hypot(motions[:, 0], motions[:, 1]).max()),
             search_turn=SEARCH_FACTOR * float(np.abs(motions[:, 2]).max()),
@@ -128,11 +131,11 @@ def expect(
     return Expectation(
         poses=poses,
         first_count=len(starts),
-        judged_count=len(starts),
+        handicap=np.asarray(RETURN_HANDICAP * np.arange(len(starts)), np.float64),
         shift=shift,
         turn=turn,
         cost_scale=WHEEL_COST,
-        sure_score=min(SURE_SCORE, SURE_SCORE_SLOPE * shift),
+        sure_score=min(SURE_SCORE_ALONE, SURE_SCORE_AT_REST + SURE_SCORE_SLOPE * shift),
         T_search=poses[0],
         search_shift=WINDOW * shift,
         search_turn=max(turn, SEARCH_FACTOR * abs(float(prior[2]))),

@@ -22,6 +22,7 @@ from labkit.odometry.constants import (
     MAX_LACK,
     MAX_STD,
     MIN_AGREEMENT,
+    MIN_SCORE,
     RANGE_STD,
     SURPRISE,
 )
@@ -202,7 +203,7 @@ class StepRecord:
     @property
     def has_rival(self) -> bool:
         """True if a match scored, and was refused for another motion: it may have been right."""
-        return self.T_taken_refused is not None and self.score > 0.0
+        return self.T_taken_refused is not None and self.score > MIN_SCORE
 
     @property
     def ambiguous(self) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 
 from labkit.odometry.constants import (
     FIRST_AGREEMENT,
+    FIRST_WHEEL_ERROR,
     HISTORY,
     LEAST_WHEEL_ERROR,
     MIN_AGREEMENT,
@@ -46,7 +47,7 @@ class History(NamedTuple):
     def scales(self, scan: Scan, prior: FloatArray | None, limits: SanityLimits) -> Scales:
         """The scales by which the step to a scan is judged."""
         unmeasured = max(0, MIN_STEPS - len(self.wheel_errors))
-        errors = np.array([*self.wheel_errors, *[LEAST_WHEEL_ERROR] * unmeasured])
+        errors = np.array([*self.wheel_errors, *[FIRST_WHEEL_ERROR] * unmeasured])
         sigmas = NormalDist().inv_cdf(0.5 + 0.5 * QUANTILE)  # that it spans of a Gaussian
         usual_error = np.quantile(errors, QUANTILE, axis=0) / sigmas
         shift_error, turn_error = np.maximum(usual_error, LEAST_WHEEL_ERROR).tolist()

@@ -31,7 +31,7 @@ def limits(monkeypatch):
 def driven(scans=SCANS, *, matched=True):
     seen = LocalMap()
     for k, scan in enumerate(scans):
-        seen = seen.advance(scan, STEP * (k > 0), matched=matched)
+        seen = seen.advance(scan, STEP * (k > 0), None, matched=matched)
     return seen
 
 
