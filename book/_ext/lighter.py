@@ -23,7 +23,8 @@ STATE = re.compile(
     r'(<script type="application/vnd.jupyter.widget-state\+json">)(.*?)(?=</script>)', re.S
 )
 IMAGE = re.compile(r'<img [^>]*\bsrc="[^"]*_images/([^"/]+)"[^>]*>')
-SVG_SIZE = re.compile(r'<svg [^>]*?\bwidth="(\d+)"[^>]*?\bheight="(\d+)"')
+SVG_SIZE = re.compile(r'<svg [^>]*?\bwidth="([\d.]+)(pt)?"[^>]*?\bheight="([\d.]+)(?:pt)?"')
+POINT_PX = 4 / 3  # of CSS
 FONTS = {"solid-900": ("Font Awesome 6 Free", 900), "brands-400": ("Font Awesome 6 Brands", 400)}
 BASE = """:root { --fa-font-solid: normal 900 1em/1 "Font Awesome 6 Free"; } /* of titles */
 .fa-solid, .fas, .fa-brands, .fab { display: inline-block; line-height: 1; text-rendering: auto; }
@@ -85,17 +86,21 @@ def change_pictures(folder: Path, pages: dict[Path, str]) -> None:
 
 
 def with_size(tag: str, picture: Path) -> str:
-    """The tag of an image with its size in pixels, unless it has one or the file tells none."""
-    if re.search(r'\b(width|style)="', tag):
+    """The tag of an image with its size in pixels, unless it has one or the file tells none.
+
+    A style says how wide it is on a wide page; on a narrow one only these tell its shape.
+    """
+    if ' width="' in tag:
         return tag
     if picture.suffix == ".svg":
         told = SVG_SIZE.search(picture.read_text("utf-8"))
         if told is None:
             return tag
-        width, height = told.groups()
+        scale = POINT_PX if told[2] else 1
+        width, height = (round(scale * float(side)) for side in (told[1], told[3]))
     else:
         with Image.open(picture) as image:
-            width, height = map(str, image.size)
+            width, height = image.size
     return tag.replace("<img ", f'<img width="{width}" height="{height}" ', 1)
 
 

@@ -33,13 +33,22 @@ def test_the_state_of_a_page_that_an_earlier_build_wrote_stays():
     [
         ("drawn.svg", '<img width="66" height="56" alt="a" src="../_images/drawn.svg">'),
         ("seen.webp", '<img width="4" height="3" alt="a" src="../_images/seen.webp">'),
+        ("points.svg", '<img width="30" height="16" alt="a" src="../_images/points.svg">'),
         ("inches.svg", '<img alt="a" src="../_images/inches.svg">'),
     ],
 )
 def test_a_picture_says_its_size_where_its_file_does(tmp_path, name, expected):
     (tmp_path / "drawn.svg").write_text('<svg viewBox="0 0 9 9" width="66" height="56">', "utf-8")
+    (tmp_path / "points.svg").write_text('<svg width="22.5pt" height="12pt">', "utf-8")
     (tmp_path / "inches.svg").write_text('<svg width="2in" height="1in">', "utf-8")
     Image.new("L", (4, 3)).save(tmp_path / "seen.webp")
 
     assert with_size(f'<img alt="a" src="../_images/{name}">', tmp_path / name) == expected
     assert with_size(expected, tmp_path / name) == expected
+
+
+def test_a_picture_with_a_style_says_its_shape(tmp_path):
+    Image.new("L", (4, 3)).save(tmp_path / "seen.webp")
+    tag = '<img src="../_images/seen.webp" style="width: 8px; height: 6px;" />'
+
+    assert with_size(tag, tmp_path / "seen.webp").startswith('<img width="4" height="3" ')
