@@ -304,6 +304,8 @@ def test_the_map_unfolds_from_the_wheels_to_the_places_recognised(browser, html)
             expect(slider).to_have_attribute("aria-valuetext", re.compile(rf": {off} off"))
             shown.add(canvas.evaluate("canvas => canvas.toDataURL()"))
         assert len(shown) == 2
+        slider.fill("0.6")  # between two sets of poses the nearer one is named
+        expect(slider).to_have_attribute("aria-valuetext", re.compile("What scan matching finds"))
         page.emulate_media(media="print")
         expect(page.locator(".killian-map img")).to_be_visible()
         expect(canvas).to_be_hidden()

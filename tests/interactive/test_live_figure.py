@@ -114,10 +114,12 @@ def test_an_outlier_pulls_by_its_weight(tmp_path, weight, metres):
     (answer,) = run_model(tmp_path, [[weight, metres]], "outlier", **given)
 
     marks = answer["panels"][0]
+    before, after = weights @ q / weights.sum(), weights @ moved_q / weights.sum()
     expected = {
         "newer": labkit.apply(T, p).ravel(),
-        "after": weights @ moved_q / weights.sum(),
-        "before": weights @ q / weights.sum(),
+        "after": after,
+        "before": before,
+        "pull": [*before, *(before + 5.0 * (after - before))],  # its label says "5 times"
         "stray": [*labkit.apply(T, p)[4], *moved_q[4]],
     }
     for name, numbers in expected.items():
