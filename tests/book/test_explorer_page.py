@@ -12,6 +12,7 @@ from playwright.sync_api import Page, expect
 import labkit
 from labkit.interactive import Explorer, icp_explorer
 from tests.book.mouse import Point, drag, finger, middle
+from tests.book.test_labels_page import RECORD
 from tests.book.widget_page import (
     FRAME,
     come_back,
@@ -54,6 +55,7 @@ DAMAGE_BET = """() => {
 }"""
 SIZE = {"width": 800, "height": 1400}
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+KNOB, ARM = "7", 50.0  # the knob's radius, and how far it lies from the scanner [px]
 MOVES = {
     "ArrowLeft": [-1, 0, 0],
     "ArrowRight": [1, 0, 0],
@@ -218,6 +220,19 @@ def test_the_scan_is_dragged_turned_and_slid(page):
         x, y, _ = guess(page)
         assert -6.0 < x < 14.0
         assert -8.0 < y < 8.0
+
+
+def test_the_knob_turns_the_scan_with_the_hand(page):
+    page.evaluate(RECORD)
+    page.locator(".icp-plane").press("ArrowUp")
+    before = np.radians(guess(page)[2])
+    box = page.locator(".icp-plane").bounding_box()
+    u, v = [mark[3:] for mark in page.evaluate("() => window.marks") if mark[2] == KNOB][-1]
+
+    drag(page, (box["x"] + u, box["y"] + v), (0.0, -25.0))
+
+    turned = np.arctan2(ARM * np.sin(before) + 25.0, ARM * np.cos(before))
+    assert guess(page)[2] == pytest.approx(np.degrees(turned), abs=2.0)
 
 
 @pytest.mark.parametrize(("shift", "metres", "degrees"), [("", 0.05, 1.0), ("Shift+", 0.01, 0.2)])
