@@ -359,13 +359,16 @@ def _follow_surfaces(result: _Result, seen: FloatArray, direction: FloatArray) -
     """A free direction, (3,), as the line between two places of the scan on the surfaces.
 
     The scan slides by `SLIDE` along it to either side, and returns to the surfaces there, with the
-    budget and the tolerances of the run.
+    budget and the tolerances of the run. Where it turns away instead, it is the direction itself.
     """
     parameters = result.parameters
+    match = to_xytheta(result.T_target_source)
     ends = []
     for side in (SLIDE, -SLIDE):
-        x = to_xytheta(result.T_target_source) + side * direction
+        x = match + side * direction
         for _ in range(parameters.max_iterations):
+            if abs(x[2] - match[2]) > math.pi:
+                return direction
             pairs = _nearest_pairs(result, x, seen)
             A = (pairs.slope * pairs.weights[:, None]).T @ pairs.slope
             g = pairs.slope.T @ (pairs.weights * pairs.residuals)
