@@ -35,7 +35,7 @@ class History(NamedTuple):
     """What the last steps measured, the newest first."""
 
     last_motion: FloatArray = STILL
-    motions: tuple[FloatArray, ...] = ()  # that matches measured without doubt
+    motions: tuple[FloatArray, ...] = ()  # that matches measured without doubt, or wheels told
     wheel_errors: tuple[tuple[float, float], ...] = ()  # [m], [rad]: as at rest
     wheel_factors: tuple[float, ...] = ()
     agreements: tuple[float, ...] = ()  # of the best matches
@@ -80,6 +80,8 @@ class History(NamedTuple):
         spans_steps = record.prior is None and self.missed > 0  # it makes up for missed ones
         if is_measured and not (record.ambiguous or spans_steps):
             motions = (record.increment, *motions)
+        elif record.decision is Decision.PRIOR and record.scales is not None:
+            motions = (record.increment / record.scales.steps, *motions)
         if is_measured and record.prior is not None:
             factor = scale_of(record.prior, record.increment)
             factors = factors if math.isnan(factor) else (factor, *factors)

@@ -59,6 +59,19 @@ def test_a_step_over_a_gap_in_time_may_be_as_many_times_as_long(stamp, times):
     assert scales.max_shift == pytest.approx(2.0 * times)
 
 
+def test_what_wheels_told_of_a_step_without_a_match_is_what_the_robot_can_do():
+    """Else right wheels are left out where nothing matches and the robot drives 2 m a step."""
+    usual = History().scales(SCAN, None, SanityLimits())
+    told = np.array([1.9, 0.0, 0.1])
+    over_a_gap = usual._replace(steps=4.0)
+    step = StepRecord(increment=told, decision=Decision.PRIOR, prior=told, scales=usual)
+    gap = replace(step, increment=4.0 * told, prior=4.0 * told, scales=over_a_gap)
+
+    scales = History().after(step, SCAN).after(gap, SCAN).scales(SCAN, None, SanityLimits())
+
+    assert scales.max_shift == pytest.approx(3.0 * 1.9)
+
+
 def test_an_ambiguous_motion_is_not_expected_again():
     seen = np.array([0.1, 0.0, 0.0])
     clear = StepRecord(increment=seen, decision=Decision.ICP)
