@@ -141,14 +141,15 @@ def unbelievable_remarks(steps: Sequence[Step]) -> Iterator[str]:
     if len(impossible) >= MIN_AGAINST_PRIOR:
         first_told, scales = impossible[0]
         x, y, turn = first_told.tolist()
-        motion = f"{math.hypot(x, y):.3g} m"
+        motion, limit = f"{math.hypot(x, y):.3g} m", "`max_translation` (`--max-translation`)"
         question = "are they in metres, or does their counter wrap?"
         if scales.allow(np.array([x, y, 0.0])):
-            motion = f"a turn of {math.degrees(abs(turn)):.0f}°"
+            motion, limit = f"a turn of {math.degrees(abs(turn)):.0f}°", "`max_rotation`"
             question = "are their turns in radians?"
         yield (
             f"in {len(impossible)} steps the wheels told more than the robot can do, the first "
-            f"time {motion}, and were left out: {question}"
+            f"time {motion}, and were left out: {question} If the robot "
+            f"can do it, raise {limit}"
         )
     standing = 0
     for record, told, _ in steps:

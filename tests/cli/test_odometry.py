@@ -206,6 +206,7 @@ def test_wheels_that_are_silent_or_in_another_unit_are_told(run, carmen_log):
     assert "note: 3 of 8 scans have no odometry, the first at 5.5 s: it is silent" in err
     assert "are the odometry and the ranges in metres?" in err
     assert "in 4 steps the wheels told more than the robot can do" in err
+    assert "raise `max_translation` (`--max-translation`)" in err
 
 
 def test_a_run_that_did_not_match_says_so(run, carmen_log, tmp_path):
