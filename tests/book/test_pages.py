@@ -16,6 +16,7 @@ from students_edition import without_staff_pages
 import labkit
 from tests.book.test_labels_page import RECORD
 from tests.book.widget_page import UNDRAWN, come_back, opened, promised
+from tests.book.widths import MAX_SHIFT, WATCH_SHIFTS, shift_of
 
 WRITTEN_HERE = "BOOK_HTML" not in os.environ
 DOCUMENTED = labkit.logs, labkit.odometry, labkit.evaluation, labkit.simulation, labkit.plotting
@@ -68,14 +69,6 @@ CUT_FORMULAS = """all => all
     .map(f => f.textContent)
 """
 
-
-STILL = 0.02  # share of the screen times share of its height that may jump
-SHIFT = """() => {
-    window.shift = 0;
-    const add = entry => { if (!entry.hadRecentInput) window.shift += entry.value; };
-    new PerformanceObserver(list => list.getEntries().forEach(add))
-        .observe({ type: "layout-shift", buffered: true });
-}"""
 
 # Waits until thirty frames of the toy are alike.
 AT_REST = """() => new Promise(told => {
@@ -258,10 +251,10 @@ def test_the_first_page_stands_still_and_its_first_screen_holds_the_toy(
         for part in (".icp-by-hand .icp-plane", ".icp-verdict", ".icp-by-hand button >> nth=0"):
             box = page.locator(part).bounding_box()
             assert box["y"] + box["height"] < height, part
-        page.evaluate(SHIFT)
+        page.evaluate(WATCH_SHIFTS)
         page.locator(".map-live canvas").wait_for()
         promised(page, AT_REST)  # the scan has beckoned
-        assert page.evaluate("() => window.shift") < STILL
+        assert shift_of(page) < MAX_SHIFT
 
 
 @pytest.mark.pages

@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 
 from tests.book.test_pages import NAMES
-from tests.book.widths import WIDTHS, measure, served
+from tests.book.widths import MAX_SHIFT, WIDTHS, measure, served
 
 pytestmark = pytest.mark.pages
-MAX_SHIFT = 0.02  # share of the screen times share of its height that may jump
 
 
 @pytest.fixture(scope="module")

@@ -24,6 +24,7 @@ from tests.tools.installed import program
 
 WIDTHS = (390, 768, 992, 1024, 1280, 1366, 1440)  # of a window [px]
 SHIFT_WIDTHS = (390, 1366)
+MAX_SHIFT = 0.02  # share of the screen times share of its height that may jump
 HEIGHTS = {390: 844}  # of a window [px]; 800 where none is named
 WAIT_MS = 60  # at each screen; for widgets that come near, as long as they are drawn
 WATCH_SHIFTS = """() => {
@@ -36,7 +37,7 @@ WATCH_SHIFTS = """() => {
         }
     }).observe({ type: "layout-shift", buffered: true });
 }"""
-TO = "top => scrollTo({ top, behavior: 'instant' })"
+SCROLL_TO = "top => scrollTo({ top, behavior: 'instant' })"
 IS_NEAR_DRAWN = """() => [...document.querySelectorAll(".widget-subarea:empty")]
     .every(widget => widget.getBoundingClientRect().top >= 2 * innerHeight)"""
 OVERFLOW = """() => new Promise(done => requestAnimationFrame(() => setTimeout(
@@ -74,12 +75,17 @@ def jumps(page: Page) -> float:
     """Layout shift of an open page that is scrolled once, `WATCH_SHIFTS` being told before."""
     top, end = 0, 1
     while top < end:
-        page.evaluate(TO, top)
+        page.evaluate(SCROLL_TO, top)
         page.wait_for_timeout(WAIT_MS)
         page.wait_for_function(IS_NEAR_DRAWN, polling=WAIT_MS)
         top += page.viewport_size["height"] // 2
         end = page.evaluate("() => document.documentElement.scrollHeight")
     page.wait_for_timeout(500)
+    return shift_of(page)
+
+
+def shift_of(page: Page) -> float:
+    """Layout shift of an open page up to now, `WATCH_SHIFTS` being told before."""
     return sum(value for value, *_ in page.evaluate("() => window.shifts"))
 
 
