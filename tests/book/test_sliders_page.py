@@ -11,7 +11,7 @@ from playwright.sync_api import expect
 import labkit
 from labkit.interactive import icp_sliders, live_figure
 from tests.book.mouse import drag, finger, middle
-from tests.book.widget_page import FRAME, drawn, picture, readout, settle
+from tests.book.widget_page import FRAME, drawn, picture, readout, repeat_until, settle
 
 SIGN = "[data-readout]"  # of a widget that is drawn
 LESSON = labkit.simulation.lesson_experiment()
@@ -109,11 +109,15 @@ def test_play_walks_one_slider_to_its_end_and_reset_forgets_the_way(show):
     page = show(figure, SIGN, by_hand=True)
     slider, first = page.get_by_role("slider"), drawn(page, ".icp-cost")
 
-    page.get_by_role("button", name="Play").click()
+    play, pause = (page.get_by_role("button", name=name) for name in ("Play", "Pause"))
     seen = []
-    while page.get_by_role("button", name="Pause").count():
+
+    def watch() -> None:
         seen.append(slider.get_attribute("aria-valuetext"))
         page.clock.run_for(FRAME)
+
+    play.click()
+    repeat_until(lambda: pause.count() == 0, watch, "the slider at its end")
 
     assert list(dict.fromkeys(seen)) == ["1", "2", "3"]
     page.clock.run_for(FRAME)
