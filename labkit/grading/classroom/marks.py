@@ -65,7 +65,7 @@ class Roster(NamedTuple):
         return {*self.groups.values()} - self.names.keys()
 
     def members(self, student: str) -> list[str]:
-        """Whose mark a hand-in is: the members of a group, and of a student the student, too."""
+        """The holders of a hand-in's mark: a group's members, and of a student the student, too."""
         members = [member for member, group in self.groups.items() if group == student]
         return members if student in self.teams else list(dict.fromkeys([student, *members]))
 
