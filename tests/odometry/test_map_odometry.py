@@ -46,6 +46,7 @@ from labkit.support.errors import InvalidParameterError
 STILL = np.zeros(3)
 EMPTY = Scan.from_ranges([math.inf], [0.0])
 MOTION = np.array([0.1, 0.05, math.radians(3.0)])
+BESIDE_WHEELS = StepRecord(increment=MOTION, decision=Decision.ICP, prior=MOTION)
 PRIOR = MOTION + np.array([0.02, -0.01, 0.005])
 STEP = [0.12, 0.02, math.radians(4.0)]
 TRUTH = integrate([STEP] * 11, start=[-0.5, -0.3, 0.2])
@@ -285,10 +286,8 @@ def test_a_step_is_doubtful_that_fits_less_than_usual_or_moves_unlike_the_wheels
 ):
     scales = Scales(*LEAST_WHEEL_ERROR, 1.0, 0.9, 1.0, 2.0, math.pi / 2.0)
 
-    record = StepRecord(
-        increment=MOTION,
-        decision=Decision.ICP,
-        prior=MOTION,
+    record = replace(
+        BESIDE_WHEELS,
         scales=scales,
         agreement=agreement,
         score=agreement - cost,
@@ -303,13 +302,7 @@ def test_the_weakest_direction_is_told_by_wheels_and_walls_together(information)
     """As of two measurements of one length: their inverse variances add up."""
     evidence = Evidence(np.array([0.2, 0.2, 0.1]))
 
-    record = StepRecord(
-        increment=MOTION,
-        decision=Decision.ICP,
-        prior=MOTION,
-        information=information,
-        evidence=evidence,
-    )
+    record = replace(BESIDE_WHEELS, information=information, evidence=evidence)
 
     variance = 1.0 / (1.0 / 0.2**2 + information / MATCH_STD**2)
     assert record.weakest_std == pytest.approx(math.sqrt(variance))
