@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.logs.clocks import UNITS, unit_of
+from labkit.logs.clocks import settle_clock
 from labkit.logs.lines import DamageReport
 from labkit.logs.reader import Reading, Sweep
 from labkit.logs.stored import Band, StoredScan, StoredScans, within
@@ -146,15 +146,7 @@ def _settle_clock(reading: Reading, report: DamageReport) -> FloatArray:
     stamps = np.array([sweep.scan.stamp for sweep in sweeps])
     if not stamps.any():  # a clock that stands at zero is none
         return np.full(len(stamps), np.nan)
-    unit, is_sure = (1.0, True) if reading.clock_is_named else unit_of(stamps)
-    if not is_sure:
-        step = np.median(np.abs(np.diff(stamps))) if len(stamps) > 1 else stamps[0]
-        report.remarks.append(
-            f"the clock of the scans steps by {step:.4g}, which are no seconds: it is read as "
-            f"{UNITS[unit]}, as the title `stamp_{UNITS[unit]}` of its column would say; the title "
-            f"`stamp_s` says seconds"
-        )
-    stamps = stamps / round(1.0 / unit)
+    stamps = settle_clock(stamps, "the scans", report, is_named=reading.clock_is_named)
     if (late := np.flatnonzero(np.diff(stamps) <= 0.0) + 1).size:
         k = late[0]
         report.remarks.append(

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from labkit.logs.clocks import UNITS, parse_stamp, unit_of
+from labkit.logs.clocks import parse_stamp, settle_clock
 from labkit.logs.columns import RADIANS, Column, choose_clocks, parse_title, split_row
 from labkit.logs.lines import (
     DamagedLine,
@@ -63,19 +63,11 @@ def read_table(source: Source) -> FloatArray:
             raise LogError(f"{report.file}:{number}: {damage}") from None
     if not rows:
         raise LogError(f"{report.file}: a trajectory without any pose")
-    is_named = any(columns[k].unit for k, _ in clocks)
     track = np.array(rows)
-    return track if is_named else in_seconds(track, source)
-
-
-def in_seconds(track: FloatArray, source: Source) -> FloatArray:
-    """A track with its clock in seconds, by its steps and its size; a remark on another unit."""
-    unit, is_sure = (1.0, True) if np.isnan(track[:, 0]).any() else unit_of(track[:, 0])
-    if not is_sure:
-        source.report.remarks.append(
-            f"the clock of {source.report.file} counts no seconds: it is read as {UNITS[unit]}"
-        )
-    return np.column_stack([track[:, 0] / round(1.0 / unit), track[:, 1:]])
+    if clocks:
+        is_named = any(columns[k].unit for k, _ in clocks)
+        track[:, 0] = settle_clock(track[:, 0], report.file, report, is_named=is_named)
+    return track
 
 
 def _usual_columns(row: Sequence[str], file: str) -> list[Column]:
