@@ -21,7 +21,9 @@ from tests.book.widget_page import (
     enter,
     film,
     picture,
+    promised,
     readout,
+    repeat_until,
     run_until,
     settle,
 )
@@ -382,7 +384,7 @@ def test_on_a_telephone_a_finger_scrolls_but_for_one_on_the_scan(show, explorer)
         for k in range(1, 8):
             touch("Move", x, y - 20.0 * k)
         touch("End", x, y)
-        page.wait_for_function(AT_REST)  # a swipe may run out
+        repeat_until(lambda: promised(page, AT_REST), lambda: None, "the swipe to run out")
         return page.evaluate("() => scrollY")
 
     assert swipe(0.55, 0.93) > 30  # no point is near
