@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -36,7 +36,7 @@ from labkit.logs.reader import Reader, Reading, Source, Sweep
 from labkit.scan import scanner_poses
 from labkit.se2 import matrices_of, relative, to_xytheta, wrap
 from labkit.support.arrays import FloatArray
-from labkit.support.errors import LabkitError, LogError
+from labkit.support.errors import LogError
 
 WORDS = frozenset({"FLASER", "ROBOTLASER1", "ODOM", "PARAM", "NEFF", "TRUEPOS"})
 USES = ("angles", "no_return", "laser_offset", "time_increment", "angle_unit", "blind_beams")
@@ -44,6 +44,7 @@ FLASER_MAXIMUM = 81.8  # [m]
 MAX_MOUNT_DIFFERENCE = 0.1  # [m, rad]: largest difference of two lines that tell one mounting
 PRINTED_PRECISION = 1e-4  # [m, rad]: difference of two poses by their printed decimals alone
 Pose = tuple[float, float, float]
+RobotPose = tuple[float, float, float, float]  # with its time [s] first
 
 
 class LaserLine(NamedTuple):
@@ -57,7 +58,12 @@ class LaserLine(NamedTuple):
 def read(source: Source) -> Reading:
     """Read the laser lines; where they say it, the laser's poses are its odometry."""
     words = Counter[str]()
-    lines = source.part(_laser_lines(source, words))
+
+    def parse(number: int, text: str) -> LaserLine | None:
+        words.update(text[:16].split(maxsplit=1)[:1])
+        return _parse_line(number, text, source)
+
+    lines = source.part(source.parse(parse, source.lines()))
     contents = [Content(word, f"{count} lines", _use(word)) for word, count in words.items()]
     if not lines:
         return Reading(contents=contents)
@@ -78,16 +84,6 @@ def _use(word: str) -> str:
     if word in {"FLASER", "ROBOTLASER1"}:
         return "scans"
     return "" if "LASER" in word else "left aside"
-
-
-def _laser_lines(source: Source, words: Counter[str]) -> Iterator[LaserLine]:
-    for number, text in source.lines():
-        words.update(text[:16].split(maxsplit=1)[:1])
-        try:
-            if line := _parse_line(number, text, source):
-                yield line
-        except LabkitError as damage:
-            source.report.skip(number, damage)
 
 
 def _parse_line(number: int, text: str, source: Source) -> LaserLine | None:
@@ -149,14 +145,13 @@ def expect_one_mount(mount: FloatArray, laser_offset: FloatArray, file: str) -> 
 
 
 def _parse_flaser(number: int, fields: Sequence[str], source: Source) -> LaserLine:
-    scanner, report = source.scanner, source.report
     n = parse_count(fields, 1, "beams", at_least=2)
     expect_fields(fields, n + 11, f"FLASER with {n} beams")
     step = math.pi / (n if n % 2 == 0 else n - 1)
-    angles = scanner.beams(n, -math.pi / 2, step, report)
+    angles = source.scanner.beams(n, -math.pi / 2, step)
     ranges = parse_numbers(fields[2 : n + 2], "range")
     stamp = parse_stamps(*fields[-3:])
-    scan = scanner.scan(ranges, angles, report, stamp=stamp, band=(0.0, FLASER_MAXIMUM))
+    scan = source.scanner.scan(ranges, angles, stamp=stamp, band=(0.0, FLASER_MAXIMUM))
     return LaserLine(
         Sweep(number, scan),
         laser=parse_pose(fields[n + 2 : n + 5], "the laser pose"),
@@ -178,22 +173,22 @@ def parse_beams(
     number: int, fields: Sequence[str], rest: int, source: Source
 ) -> tuple[Sweep, Sequence[str]]:
     """The sweep of a line with a scanner's configuration, and the `rest` of its fields."""
-    scanner, report = source.scanner, source.report
     n = parse_count(fields, 8, "beams", at_least=1)
     m = parse_count(fields, n + 9, "remissions", at_least=0)
     expect_fields(fields, n + m + 10 + rest, f"{fields[0]} with {n} beams and {m} remissions")
     names = ("start angle", "field of view", "angular step", "maximum range")
-    start, fov, step, declared = map(parse_finite, fields[2:6], names)
-    unit = scanner.radians()
-    start, fov, step = unit * start, unit * fov, unit * step
+    start, fov, step, longest = map(parse_finite, fields[2:6], names)
     if step <= 0.0:
         raise DamagedLine(f"the angular step is {step:g}, expected a positive number")
     # 0.017453 is short of one degree by 3e-7 rad, which 179 steps make 5e-5 rad.
     exact = (each for each in (fov / n, fov / max(n - 1, 1)) if abs(each - step) <= 1e-6)
-    angles = scanner.beams(n, start, next(exact, step), report)
+    declared = {
+        "angle_min": (start, 1.0),
+        "angle_increment": (next(exact, step), 1.0),
+        "range_max": (longest, 1.0),
+    }
     ranges = parse_numbers(fields[9 : n + 9], "range")
-    stamp = parse_stamps(*fields[-3:])
-    scan = scanner.scan(ranges, angles, report, stamp=stamp, band=(0.0, declared))
+    scan = source.scanner.sweep(ranges, declared, stamp=parse_stamps(*fields[-3:]))
     return Sweep(number, scan), fields[n + m + 10 :]
 
 
@@ -211,22 +206,22 @@ def largest_usual(gaps: FloatArray) -> float:
 
 def read_wheels(source: Source) -> FloatArray:
     """The robot's poses of ``ODOM`` lines, or else of laser lines, rows (t, x, y, θ)."""
-    odom, laser = list[tuple[float, ...]](), list[tuple[float, ...]]()
-    for number, text in source.lines():
+    odom = list[RobotPose]()
+
+    def parse(number: int, text: str) -> RobotPose | None:
         fields = text.split()
-        try:
-            if fields[:1] == ["ODOM"]:
-                odom.append(parse_odom(fields))
-            elif line := _parse_line(number, text, source):
-                laser.append((line.sweep.scan.stamp, *line.robot))
-        except LabkitError as damage:
-            source.report.skip(number, damage)
+        if fields[:1] == ["ODOM"]:
+            odom.append(parse_odom(fields))
+        line = _parse_line(number, text, source)
+        return None if line is None else (line.sweep.scan.stamp, *line.robot)
+
+    laser = list(source.parse(parse, source.lines()))
     if not odom and not laser:
         raise LogError(f"{source.report.file}: a carmen log without a pose of the robot")
     return np.array(odom or laser)
 
 
-def parse_odom(fields: Sequence[str]) -> tuple[float, float, float, float]:
+def parse_odom(fields: Sequence[str]) -> RobotPose:
     """Time, x, y and θ of the robot by a line ``ODOM``."""
     expect_fields(fields, 10, "ODOM")
     return parse_stamps(*fields[-3:]), *parse_pose(fields[1:4], "the robot")

@@ -10,40 +10,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
-from labkit.logs.carmen import USES, parse_beams, parse_odom, read_wheels
+from labkit.logs.carmen import USES, RobotPose, parse_beams, parse_odom, read_wheels
 from labkit.logs.log import Content
 from labkit.logs.reader import Reader, Reading, Source, Sweep
-from labkit.support.errors import LabkitError
 
 WITH_POSES = frozenset({"FLASER", "ROBOTLASER1", "VERTEX_SE2"})
-Track = list[tuple[float, float, float, float]]
 
 
 def read(source: Source) -> Reading:
     """Read the laser lines, and the wheels between them."""
-    track = Track()
-    sweeps = source.part(_sweeps(source, track))
+    track = list[RobotPose]()
+
+    def parse(number: int, text: str) -> Sweep | None:
+        fields = text.split()
+        if fields[:1] == ["ODOM"]:
+            track.append(parse_odom(fields))
+        return parse_beams(number, fields, 3, source)[0] if fields[:1] == ["RAWLASER1"] else None
+
+    sweeps = source.part(source.parse(parse, source.lines()))
     contents = [
         Content("RAWLASER1", f"{len(sweeps)} lines", "scans"),
         Content("ODOM", f"{len(track)} lines", "wheels"),
     ]
     return Reading(sweeps=sweeps, track=np.array(track) if track else None, contents=contents)
-
-
-def _sweeps(source: Source, track: Track) -> Iterator[Sweep]:
-    for number, text in source.lines():
-        fields = text.split()
-        try:
-            if fields[:1] == ["RAWLASER1"]:
-                yield parse_beams(number, fields, 3, source)[0]
-            elif fields[:1] == ["ODOM"]:
-                track.append(parse_odom(fields))
-        except LabkitError as damage:
-            source.report.skip(number, damage)
 
 
 def _is_raw(source: Source) -> bool:

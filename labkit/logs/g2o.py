@@ -10,7 +10,6 @@ The vertices are the reference. A robot's pose that merely repeats its vertex is
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +29,6 @@ from labkit.logs.log import Content
 from labkit.logs.reader import Reader, Reading, Source
 from labkit.scan import scanner_poses
 from labkit.se2 import matrices_of, relative, to_xytheta
-from labkit.support.errors import LabkitError
 
 WORDS = frozenset({"VERTEX_SE2", "EDGE_SE2"})
 USE = {"VERTEX_SE2": "reference", "ROBOTLASER1": "scans and wheels"}
@@ -46,7 +44,7 @@ class Node(NamedTuple):
 def read(source: Source) -> Reading:
     """Read the laser lines below vertices, as poses of the scanner."""
     words = Counter[str]()
-    nodes = source.part(_nodes(source, words))
+    nodes = source.part(source.parse(Nodes(source, words).parse, source.lines()))
     if not nodes:
         return Reading()
     lines = [node.line for node in nodes]
@@ -69,24 +67,29 @@ def read(source: Source) -> Reading:
     )
 
 
-def _nodes(source: Source, words: Counter[str]) -> Iterator[Node]:
-    vertex: Pose | None = None
-    for number, text in source.lines():
+class Nodes:
+    """The laser lines of a graph, each with the vertex above it; it counts first words."""
+
+    def __init__(self, source: Source, words: Counter[str]) -> None:
+        self.source = source
+        self.words = words
+        self.vertex: Pose | None = None
+
+    def parse(self, number: int, text: str) -> Node | None:
+        """Take the next line."""
         word = text[:16].split(maxsplit=1)[:1]
-        words.update(word)
-        try:
-            if word == ["VERTEX_SE2"]:
-                vertex = None
-                fields = text.split()
-                expect_fields(fields, 5, "VERTEX_SE2")
-                vertex = parse_pose(fields[2:5], "the vertex")
-            elif word == ["ROBOTLASER1"]:
-                if vertex is None:
-                    raise DamagedLine("a scan without a vertex, expected a VERTEX_SE2 above it")
-                above, vertex = vertex, None
-                yield Node(parse_robotlaser(number, text.split(), source), above)
-        except LabkitError as damage:
-            source.report.skip(number, damage)
+        self.words.update(word)
+        if word == ["VERTEX_SE2"]:
+            self.vertex = None
+            fields = text.split()
+            expect_fields(fields, 5, "VERTEX_SE2")
+            self.vertex = parse_pose(fields[2:5], "the vertex")
+        if word != ["ROBOTLASER1"]:
+            return None
+        if self.vertex is None:
+            raise DamagedLine("a scan without a vertex, expected a VERTEX_SE2 above it")
+        above, self.vertex = self.vertex, None
+        return Node(parse_robotlaser(number, text.split(), self.source), above)
 
 
 def _is_graph(source: Source) -> bool:

@@ -7,14 +7,15 @@ of ROS's ``LaserScan``, at any depth.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from labkit.logs.columns import parse_title
+from labkit.logs.lines import DamagedLine
 from labkit.logs.log import Content
 from labkit.logs.ranges import READER as RANGES
-from labkit.logs.ranges import expect_directions, is_known, layout_of, sweeps_of_rows
-from labkit.logs.reader import Reader, Reading, Source
+from labkit.logs.ranges import expect_directions, is_known, layout_of, parse_sweep
+from labkit.logs.reader import Reader, Reading, Source, Sweep
 
 Fields = dict[str, str]
 
@@ -26,26 +27,25 @@ def read(source: Source) -> Reading:
     known = [column for column in columns if is_known(column)]
     layout = layout_of(known, source.report.file)
     expect_directions(layout, [names[column.title] for column in known], source)
-    rows = _rows([column.title for column in known], source)
-    sweeps = source.sweeps(sweeps_of_rows(rows, layout, source))
+    titles = [column.title for column in known]
+
+    def parse(number: int, text: str) -> Sweep | None:
+        if not text.strip():
+            return None
+        try:
+            fields = _fields(json.loads(text))
+        except (ValueError, RecursionError) as error:
+            raise DamagedLine(f"no JSON: {error}") from None
+        row = [fields.get(title, "") for title in titles]
+        return parse_sweep(number, row, layout=layout, scanner=source.scanner)
+
+    sweeps = source.sweeps(source.parse(parse, source.lines()))
     contents = [
         Content(column.title, "field", "read" if column in known else column.harmless)
         for column in columns
     ]
     is_named = any(known[k].unit for k, _ in layout.clocks)
     return Reading(sweeps=sweeps, clock_is_named=is_named, contents=contents)
-
-
-def _rows(names: Sequence[str], source: Source) -> Iterator[tuple[int, list[str]]]:
-    """Each line as a row of a table."""
-    for number, text in source.lines():
-        try:
-            fields = _fields(json.loads(text)) if text.strip() else None
-        except (ValueError, RecursionError) as error:
-            source.report.skip(number, f"no JSON: {error}")
-        else:
-            if fields is not None:
-                yield number, [fields.get(name, "") for name in names]
 
 
 def _fields(value: Any, path: str = "") -> Fields:

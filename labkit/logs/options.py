@@ -11,13 +11,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.logs.scanner import Scanner
+from labkit.logs.columns import METRES, RADIANS
 from labkit.scan import check_angles
 from labkit.support.arrays import (
     FloatArray,
+    IntArray,
     as_numbers,
+    check_choice,
     check_count,
     check_kind,
+    check_range,
 )
 from labkit.support.errors import InvalidParameterError
 
@@ -134,7 +137,22 @@ class LogOptions:
         check_count(self.start, "start", at_least=0, at_most=sys.maxsize)
         if self.scans is not None:
             check_count(self.scans, "scans", at_least=1, at_most=sys.maxsize)
-        assert self.scanner  # it checks what it is made of
+        check_kind(self.mirrored, "mirrored", bool, type(None))
+        check_choice(self.range_unit, "range_unit", *METRES, None)
+        check_choice(self.angle_unit, "angle_unit", *RADIANS, None)
+        low = 0.0 if self.range_min is None else self.range_min
+        check_range(low, "range_min", at_least=0.0, unit="m")
+        if self.range_max is not None:
+            check_range(self.range_max, "range_max", above=low, unit="m")
+        if self.time_increment is not None:
+            check_range(self.time_increment, "time_increment", at_least=0.0, at_most=1.0, unit="s")
+        if self.directions is not None:
+            check_angles(np.array(self.directions), "angles")
+        if self.blind.dtype.kind not in "iu" or (self.blind < 0).any():
+            raise InvalidParameterError(
+                f"must be whole numbers of beams, from 0 on, got {self.blind_beams!r:.80}",
+                parameter="blind_beams",
+            )
         given = self.odometry
         is_pair = isinstance(given, Sequence) and len(given) == 2
         if not (given is None or isinstance(given, str | os.PathLike) or is_pair):
@@ -150,31 +168,18 @@ class LogOptions:
         return self.start, end
 
     @cached_property
-    def scanner(self) -> Scanner:
-        """The caller's word on the scanner."""
-        directions = None
-        if self.angles is not None:
-            first, last = as_numbers(self.angles, "angles", "first, last [rad]")
-            check_angles(np.array([first, last]), "angles")
-            directions = float(first), float(last)
-        blind = None
-        if self.blind_beams is not None:
-            blind = np.asarray(self.blind_beams).ravel()
-            if blind.dtype.kind not in "iu" or (blind < 0).any():
-                raise InvalidParameterError(
-                    f"must be whole numbers of beams, from 0 on, got {self.blind_beams!r:.80}",
-                    parameter="blind_beams",
-                )
-        return Scanner(
-            angles=directions,
-            range_min=self.range_min,
-            range_max=self.range_max,
-            range_unit=self.range_unit,
-            angle_unit=self.angle_unit,
-            blind_beams=blind,
-            time_increment=self.time_increment,
-            mirrored=self.mirrored,
-        )
+    def directions(self) -> tuple[float, float] | None:
+        """Directions of the first and the last beam [rad], where the caller tells them."""
+        if self.angles is None:
+            return None
+        first, last = as_numbers(self.angles, "angles", "first, last [rad]")
+        return float(first), float(last)
+
+    @cached_property
+    def blind(self) -> IntArray:
+        """Numbers of the beams that make no point."""
+        given = np.zeros(0, np.intp) if self.blind_beams is None else self.blind_beams
+        return np.asarray(given).ravel()
 
     @property
     def offset(self) -> FloatArray:

@@ -81,7 +81,7 @@ def read_rows(
         else:
             angles, ranges = points.T
             directions = -angles if scanner.mirrored else angles
-            scan = scanner.scan(ranges / units[1], directions, report, scale=units[1], stamp=stamp)
+            scan = scanner.scan(ranges / units[1], directions, scale=units[1], stamp=stamp)
             sweeps.append(Sweep(int(line), scan))
     is_named = "clock" in places and bool(places["clock"][1].unit)
     return Reading(sweeps=sweeps, clock_is_named=is_named, contents=contents_of(columns, places))

@@ -8,8 +8,9 @@ write such tables.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain, islice
 
 import numpy as np
@@ -18,7 +19,6 @@ from labkit.logs.clocks import parse_stamp
 from labkit.logs.columns import (
     CLOCK,
     DECLARED,
-    GEOMETRY,
     HARMLESS,
     IN_ONE_WORD,
     Column,
@@ -27,7 +27,6 @@ from labkit.logs.columns import (
     split_row,
 )
 from labkit.logs.lines import (
-    DamagedLine,
     DamageReport,
     expect_fields,
     is_number,
@@ -37,7 +36,7 @@ from labkit.logs.lines import (
 from labkit.logs.log import Content
 from labkit.logs.reader import Reader, Reading, Source, Sweep, Table, holds_values
 from labkit.logs.scanner import Scanner
-from labkit.support.errors import InvalidParameterError, LogError
+from labkit.support.errors import LogError
 
 FEWEST_BEAMS = 4
 MAX_UNEVENNESS = 0.5  # of a step: directions may be rounded
@@ -147,7 +146,8 @@ def read(source: Source) -> Reading:
         beams = range(width - ends_in_comma)
         layout = Layout(width=width, beams=beams, scale=1.0, clocks=(), declared={})
     expect_directions(layout, first_rows[0][1], source)
-    sweeps = source.sweeps(sweeps_of_rows(chain(first_rows, rows), layout, source))
+    parse = partial(parse_sweep, layout=layout, scanner=source.scanner)
+    sweeps = source.sweeps(source.parse(parse, chain(first_rows, rows)))
     is_named = any(table.columns[k].unit for k, _ in layout.clocks)
     if not table.columns:
         _suspect_other_columns(sweeps, report)
@@ -164,18 +164,6 @@ def _contents(columns: Sequence[Column], layout: Layout) -> list[Content]:
                 Content(column.title, "column", "read" if is_known(column) else "left aside")
             )
     return held
-
-
-def sweeps_of_rows(
-    rows: Iterable[tuple[int, Sequence[str]]], layout: Layout, source: Source
-) -> Iterator[Sweep]:
-    """Yield a sweep of each row, numbered, of a table of ranges."""
-    for number, row in rows:
-        try:
-            expect_fields(row, layout.width, f"{len(layout.beams)} beams")
-            yield _parse_sweep(number, row, layout, source.report, source.scanner)
-        except (DamagedLine, InvalidParameterError) as damage:
-            source.report.skip(number, damage)
 
 
 def _suspect_other_columns(sweeps: Sequence[Sweep], report: DamageReport) -> None:
@@ -215,10 +203,14 @@ def _runs_evenly(row: Sequence[str]) -> bool:
     return bool((np.abs(numbers - even) <= MAX_UNEVENNESS * step).all())
 
 
+def tells_directions(declared: Collection[str]) -> bool:
+    """True if fields of a LaserScan tell the first beam, and the step or the last one."""
+    return "angle_min" in declared and ("angle_max" in declared or "angle_increment" in declared)
+
+
 def expect_directions(layout: Layout, row: Sequence[str], source: Source) -> None:
     """Raise `LogError` unless the caller or the columns tell where the beams look."""
-    declared = set(GEOMETRY) & layout.declared.keys()
-    if source.scanner.angles is not None or ("angle_min" in declared and len(declared) > 1):
+    if source.options.directions is not None or tells_directions(layout.declared):
         return
     count = len(layout.beams)
     if count == 1:
@@ -230,33 +222,19 @@ def expect_directions(layout: Layout, row: Sequence[str], source: Source) -> Non
     )
 
 
-def _parse_sweep(
-    number: int, row: Sequence[str], layout: Layout, report: DamageReport, scanner: Scanner
-) -> Sweep:
+def parse_sweep(number: int, row: Sequence[str], *, layout: Layout, scanner: Scanner) -> Sweep:
+    """The sweep of one row of a table of ranges; `LabkitError` names what is damaged."""
+    expect_fields(row, layout.width, f"{len(layout.beams)} beams")
     fields = [row[k] for k in layout.beams]
     if len(fields) == 1:
         fields = list_fields(fields[0])
     ranges = parse_numbers([field or "nan" for field in fields], "range")
     stamps = [parse_stamp(row[k], unit) for k, unit in layout.clocks]
     declared = {
-        name: _parse_declared(row[k], name) * (scanner.radians(unit) if name in GEOMETRY else unit)
-        for name, (k, unit) in layout.declared.items()
+        name: (_parse_declared(row[k], name), unit) for name, (k, unit) in layout.declared.items()
     }
-    first, last = declared.get("angle_min", 0.0), declared.get("angle_max", math.nan)
-    step = declared.get("angle_increment", math.nan)
-    angles = scanner.beams(len(ranges), first, step, report, last)
-    band = declared.get("range_min", 0.0), declared.get("range_max", math.inf)
     stamp = sum(stamps) if stamps else math.nan
-    beam_time = declared.get("time_increment", 0.0)
-    scan = scanner.scan(
-        ranges,
-        angles,
-        report,
-        scale=layout.scale,
-        stamp=stamp,
-        band=band,
-        time_increment=beam_time,
-    )
+    scan = scanner.sweep(ranges, declared, scale=layout.scale, stamp=stamp)
     return Sweep(number, scan, "" if layout.frame is None else row[layout.frame])
 
 

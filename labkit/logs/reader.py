@@ -20,6 +20,7 @@ from labkit.logs.scanner import Scanner
 from labkit.logs.stored import StoredScan
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
+from labkit.support.errors import LabkitError
 
 HEAD_LINES = 1000  # lines that tell the format
 FIRST_BYTES = 16  # of a file, that tell a binary format
@@ -80,7 +81,7 @@ class Source:
         self.options = options
         self.progress = progress
         self.path = Path(report.path)
-        self.scanner: Scanner = options.scanner
+        self.scanner = Scanner(options, report)
 
     @cached_property
     def first_bytes(self) -> bytes:
@@ -133,6 +134,22 @@ class Source:
     def lines(self, begin: int = 0) -> Iterator[tuple[int, str]]:
         """All lines from an index of the head on, with their numbers; once."""
         return chain(self._numbered_head[begin:], self._lines)
+
+    def parse(
+        self, parse_row: Callable[[int, Any], Row | None], rows: Iterable[tuple[int, Any]]
+    ) -> Iterator[Row]:
+        """All that a function makes of numbered rows; damage that it raises goes into the report.
+
+        A row of which it makes nothing is passed over.
+        """
+        for number, row in rows:
+            try:
+                parsed = parse_row(number, row)
+            except LabkitError as damage:
+                self.report.skip(number, damage)
+            else:
+                if parsed is not None:
+                    yield parsed
 
     def part(self, rows: Iterable[Row]) -> list[Row]:
         """The scans, or what holds them, of the part that is asked for; no more is read."""

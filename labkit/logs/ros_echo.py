@@ -10,11 +10,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
-from labkit.logs.columns import split_row
+from labkit.logs.columns import DECLARED, SECONDS, split_row
 from labkit.logs.lines import (
     DamagedLine,
     expect_near,
@@ -24,48 +24,43 @@ from labkit.logs.lines import (
     planar_heading,
 )
 from labkit.logs.log import Content
+from labkit.logs.ranges import Layout, parse_sweep
 from labkit.logs.reader import Reader, Reading, Source, Sweep
+from labkit.logs.scanner import Scanner
 from labkit.support.arrays import FloatArray
-from labkit.support.errors import InvalidParameterError, LogError
+from labkit.support.errors import LogError
 
 HEADER = 10  # fields of a LaserScan before its ranges
+STAMP = ((0, 1.0), (1, SECONDS["ns"]))
+FIELDS = {name: (k, 1.0) for name, k in zip(DECLARED, (3, 4, 5, 6, 8, 9), strict=True)}
 FEWEST_BEAMS = 4
 POSE = slice(4, 11)  # x, y, z and the quaternion of an Odometry
 
 
 def read(source: Source) -> Reading:
     """Read a sweep of each printed LaserScan."""
-    sweeps = source.sweeps(_sweeps(source))
+    sweeps = source.sweeps(
+        source.parse(partial(_parse_scan, scanner=source.scanner), source.lines())
+    )
     contents = [Content("sensor_msgs/LaserScan", f"{len(sweeps)} messages", "scans")]
     return Reading(sweeps=sweeps, clock_is_named=True, contents=contents)
 
 
-def _sweeps(source: Source) -> Iterator[Sweep]:
-    for number, text in source.lines():
-        row = split_row(text)
-        try:
-            if row:
-                yield _parse_scan(number, row, source)
-        except (DamagedLine, InvalidParameterError) as damage:
-            source.report.skip(number, damage)
-
-
-def _parse_scan(number: int, row: Sequence[str], source: Source) -> Sweep:
-    scanner, report = source.scanner, source.report
-    values = parse_numbers([*row[:2], *row[3:HEADER]], "field")
-    sec, nanosec, first, last, step, beam_time, _, *band = values
-    unit = scanner.radians()
+def _parse_scan(number: int, text: str, scanner: Scanner) -> Sweep | None:
+    row = split_row(text)
+    if not row:
+        return None
+    first, last, step = parse_numbers(row[3:6], "angle")
     count = _beam_count(len(row) - HEADER, first, last, step)
-    angles = scanner.beams(count, unit * first, unit * step, report, unit * last)
-    scan = scanner.scan(
-        parse_numbers(row[HEADER : HEADER + count], "range"),
-        angles,
-        report,
-        stamp=sec + 1e-9 * nanosec,
-        band=(band[0], band[1]),
-        time_increment=beam_time,
+    layout = Layout(
+        width=len(row),
+        beams=range(HEADER, HEADER + count),
+        scale=1.0,
+        clocks=STAMP,
+        declared=FIELDS,
+        frame=2,
     )
-    return Sweep(number, scan, row[2])
+    return parse_sweep(number, row, layout=layout, scanner=scanner)
 
 
 def _beam_count(count: int, first: float, last: float, step: float) -> int:

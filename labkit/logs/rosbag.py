@@ -10,13 +10,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
-from dataclasses import replace
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from labkit.logs.columns import DECLARED
 from labkit.logs.lines import DamagedLine, DamageReport, expect_near, planar_heading, shorten
 from labkit.logs.log import Content
 from labkit.logs.mounting import (
@@ -167,8 +167,8 @@ def _read_scans(
             )
     mounting = find_mounting(laser, robot, transforms.fixed)
     mounting = _told_mounting(mounting, transforms, report)
-    if mounting is not None and source.scanner.mirrored is None:
-        source.scanner = replace(source.scanner, mirrored=mounting.is_upside_down)
+    if mounting is not None and source.options.mirrored is None:
+        source.scanner.mirrored = mounting.is_upside_down
     sweeps = source.sweeps(source.progress(_sweeps(bag, scans, source)))
     return sweeps, mounting, track if sweeps else None
 
@@ -301,24 +301,16 @@ def _header_stamp(message: Any) -> float:
 
 def _sweeps(bag: Bag, topic: Topic, source: Source) -> Iterator[Sweep]:
     """Yield the good scan messages, counter-clockwise from `angle_min`."""
-    scanner, report = source.scanner, source.report
-    for number, stamp, message in _messages(bag, topic, report):
-        unit = scanner.radians()
-        start, step = unit * float(message.angle_min), unit * float(message.angle_increment)
-        band = float(message.range_min), float(message.range_max)
+    for number, stamp, message in _messages(bag, topic, source.report):
         ranges = message.ranges
         if topic.msgtype == MULTI_ECHO:
             ranges = [beam.echoes[0] if len(beam.echoes) else np.nan for beam in ranges]
+        declared = {name: (float(getattr(message, name)), 1.0) for name in DECLARED}
         try:
             with np.errstate(invalid="ignore", over="ignore"):  # what is not finite makes no point
-                last = unit * float(message.angle_max)
-                angles = scanner.beams(len(ranges), start, step, report, last)
-                beam_time = float(message.time_increment)
-                scan = scanner.scan(
-                    ranges, angles, report, stamp=stamp, band=band, time_increment=beam_time
-                )
+                scan = source.scanner.sweep(ranges, declared, stamp=stamp)
         except LabkitError as damage:
-            report.skip(number, f"a damaged {topic.msgtype} message: {damage}")
+            source.report.skip(number, f"a damaged {topic.msgtype} message: {damage}")
         else:
             yield Sweep(number, scan, message.header.frame_id)
 

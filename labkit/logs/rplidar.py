@@ -9,9 +9,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
 from labkit.logs.columns import parse_title
+from labkit.logs.lines import DamagedLine
 from labkit.logs.points import read_rows
 from labkit.logs.reader import Reader, Reading, Source
 
@@ -21,22 +21,20 @@ COLUMNS = [*map(parse_title, ("scan", "angle_deg", "range_mm"))]
 
 def read(source: Source) -> Reading:
     """Read the turns; the words of other lines, such as a banner's, are passed over."""
-    return read_rows(_rows(source), COLUMNS, source)
-
-
-def _rows(source: Source) -> Iterator[tuple[int, str]]:
-    """Each beam as a row of a table, counter-clockwise."""
     turn = 0
-    for number, text in source.lines():
+
+    def parse(number: int, text: str) -> tuple[int, str] | None:
+        """A beam as a row of a table, counter-clockwise."""
+        nonlocal turn
         if "theta:" not in text:
-            continue
+            return None
         turn += text.lstrip().startswith("S")
         beam = BEAM.fullmatch(text)
-        if beam:
-            yield number, f"{turn},-{beam[1]},{beam[2]}"
-        else:
-            found = repr(text.strip())
-            source.report.skip(number, f"{found:.60}, expected `theta: … Dist: … Q: …`")
+        if beam is None:
+            raise DamagedLine(f"{text.strip()!r:.60}, expected `theta: … Dist: … Q: …`")
+        return number, f"{turn},-{beam[1]},{beam[2]}"
+
+    return read_rows(source.parse(parse, source.lines()), COLUMNS, source)
 
 
 def _is_rplidar(source: Source) -> bool:

@@ -1,26 +1,20 @@
-"""The caller's word on the scanner, before the file's: its beams, band and mounting."""
+"""The scanner of a file: its beams and its band, by the caller or else by the file's headers."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
-from labkit.logs.columns import METRES, RADIANS
+from labkit.logs.columns import GEOMETRY, METRES, RADIANS
 from labkit.logs.lines import DamagedLine, DamageReport
+from labkit.logs.options import LogOptions
 from labkit.logs.stored import StoredScan
 from labkit.scan import MOST_TURN, Scan, is_return
-from labkit.support.arrays import (
-    FloatArray,
-    IntArray,
-    check_choice,
-    check_kind,
-    check_range,
-    read_only,
-)
+from labkit.support.arrays import FloatArray, read_only
 
 NO_MAXIMUM = (
     "declare a maximum range that is not above their minimum: it counts as unknown; "
@@ -44,109 +38,102 @@ FEW_BEAMS = "have fewer beams than `blind_beams` (`--blind-beams`) names"
 MAX_OFF = 1.5  # steps: a last angle may lie one beam off
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
 class Scanner:
-    """The caller's word on a scanner, in place of the file's.
+    """The scanner of a file: by the caller's options, or else as the file declares it.
 
-    Attributes
-    ----------
-    angles : tuple of two floats, or None
-        Directions of the first and the last beam [rad].
-    range_min, range_max : float or None
-        The band in which a range makes a point [m].
-    range_unit, angle_unit : str or None
-        The units of the file's ranges and angles.
-    blind_beams : ndarray of int, or None
-        Numbers of beams that make no point, counted from 0.
-    time_increment : float or None
-        Time from one beam to the next [s]; 0 where all beams count as measured at once.
-    mirrored : bool or None
-        The scanner hangs upside down, or counts its angles clockwise: they change their sign.
+    `mirrored` is the one word that a file may tell beside its scans: the transforms of a bag.
     """
 
-    angles: tuple[float, float] | None = None
-    range_min: float | None = None
-    range_max: float | None = None
-    range_unit: str | None = None
-    angle_unit: str | None = None
-    blind_beams: IntArray | None = None
-    time_increment: float | None = None
-    mirrored: bool | None = None
-
-    def __post_init__(self) -> None:
-        check_kind(self.mirrored, "mirrored", bool, type(None))
-        check_choice(self.range_unit, "range_unit", *METRES, None)
-        check_choice(self.angle_unit, "angle_unit", *RADIANS, None)
-        low = 0.0 if self.range_min is None else self.range_min
-        check_range(low, "range_min", at_least=0.0, unit="m")
-        if self.range_max is not None:
-            check_range(self.range_max, "range_max", above=low, unit="m")
-        if self.time_increment is not None:
-            check_range(self.time_increment, "time_increment", at_least=0.0, at_most=1.0, unit="s")
+    def __init__(self, options: LogOptions, report: DamageReport) -> None:
+        self.options = options
+        self.report = report
+        self.mirrored = bool(options.mirrored)
 
     def metres(self, named: float = 1.0) -> float:
         """Factor of ranges to metres: of the caller's unit, or of the one that the file names."""
-        return named if self.range_unit is None else METRES[self.range_unit]
+        unit = self.options.range_unit
+        return named if unit is None else METRES[unit]
 
     def radians(self, named: float = 1.0) -> float:
         """Factor of angles to radians, likewise."""
-        return named if self.angle_unit is None else RADIANS[self.angle_unit]
+        unit = self.options.angle_unit
+        return named if unit is None else RADIANS[unit]
 
-    def beams(
-        self, count: int, first: float, step: float, report: DamageReport, last: float = math.nan
-    ) -> FloatArray:
+    def sweep(
+        self,
+        ranges: Sequence[float] | FloatArray,
+        declared: Mapping[str, tuple[float, float]],
+        *,
+        angles: FloatArray | None = None,
+        scale: float = 1.0,
+        stamp: float = math.nan,
+    ) -> StoredScan:
+        """A scan of ranges beside the fields of ROS's ``LaserScan`` that a file declares.
+
+        Each field has a unit, the factor to metres, radians or seconds that the file names, and
+        `scale` is that of the ranges. `angles` go before the declared ones.
+        """
+        fields = {
+            name: value * (self.radians(unit) if name in GEOMETRY else unit)
+            for name, (value, unit) in declared.items()
+        }
+        if angles is None:
+            first, last = fields.get("angle_min", 0.0), fields.get("angle_max", math.nan)
+            step = fields.get("angle_increment", math.nan)
+            angles = self.beams(len(ranges), first, step, last)
+        band = fields.get("range_min", 0.0), fields.get("range_max", math.inf)
+        beam_time = fields.get("time_increment", 0.0)
+        return self.scan(
+            ranges, angles, scale=scale, stamp=stamp, band=band, time_increment=beam_time
+        )
+
+    def beams(self, count: int, first: float, step: float, last: float = math.nan) -> FloatArray:
         """Directions of the beams by the caller, or else as declared by a file [rad]."""
-        if self.angles is not None:
-            first, last = self.angles
+        if self.options.directions is not None:
+            first, last = self.options.directions
             step = (last - first) / max(count - 1, 1)
         elif count > 1 and math.isfinite(last):
-            step = _settle_step(count, first, step, last, report)
+            step = _settle_step(count, first, step, last, self.report)
         low, high = sorted((first, first + step * (count - 1)))
         if not max(high - low, -low, high) <= MOST_TURN:
             raise DamagedLine(
                 f"`angles` must be radians within one turn, got {low:.6g} to {high:.6g}: are these "
                 f"degrees? `angle_unit` (`--angle-unit deg`) says so"
             )
-        return _spread(first, step, count, mirrored=bool(self.mirrored))
+        return _spread(first, step, count, mirrored=self.mirrored)
 
     def scan(
         self,
         ranges: Sequence[float] | FloatArray,
         angles: FloatArray,
-        report: DamageReport,
         *,
         scale: float = 1.0,
         stamp: float = math.nan,
         band: tuple[float, float] = (0.0, math.inf),
         time_increment: float = 0.0,
     ) -> StoredScan:
-        """A scan of ranges on the beams of `beams`.
-
-        `scale` is the factor of the ranges to metres that the file names, and `band` what it
-        declares [m].
-        """
+        """A scan of ranges in directions [rad]; the band [m] is the one that a file declares."""
+        options = self.options
         factor = self.metres(scale)
         metres = np.asarray(ranges, dtype=np.float64)
         if factor != 1.0:
             metres = metres * factor
-        if self.range_unit is not None:
+        if options.range_unit is not None:
             band = _band_in_unit(metres, band, factor)
-        low, high = band
-        if self.range_min is not None:
-            low = self.range_min
-        if self.range_max is not None:
-            high = self.range_max
-        elif not high > low:
-            report.count(NO_MAXIMUM)
+        low = band[0] if options.range_min is None else options.range_min
+        high = band[1] if options.range_max is None else options.range_max
+        if options.range_max is None and not high > low:
+            self.report.count(NO_MAXIMUM)
             high = math.inf
-        if self.time_increment is not None:
-            time_increment = self.time_increment
+        if options.time_increment is not None:
+            time_increment = options.time_increment
         elif not 0.0 <= time_increment <= 1.0:  # some drivers leave it unset
             time_increment = 0.0
-        if self.blind_beams is not None:
-            seen = self.blind_beams[self.blind_beams < len(metres)]
-            if len(seen) < len(self.blind_beams):
-                report.count(FEW_BEAMS)
+        blind = options.blind
+        if len(blind):
+            seen = blind[blind < len(metres)]
+            if len(seen) < len(blind):
+                self.report.count(FEW_BEAMS)
             metres = metres.copy()
             metres[seen] = np.nan
         scan = Scan.from_ranges(
@@ -171,10 +158,10 @@ class Scanner:
 
     def scan_of_points(self, points: FloatArray, stamp: float) -> Scan:
         """A scan of bare points (N, 2) [m] within the caller's band."""
+        low, high = self.options.range_min, self.options.range_max
         distance = np.hypot(*points.T)
-        low = -math.inf if self.range_min is None else self.range_min
-        high = math.inf if self.range_max is None else self.range_max
-        kept = points[(distance > low) & (distance < high)]
+        is_far_enough = distance > (-math.inf if low is None else low)
+        kept = points[is_far_enough & (distance < (math.inf if high is None else high))]
         side = np.array([1.0, -1.0 if self.mirrored else 1.0])
         return replace(Scan.from_points(kept * side), stamp=stamp)
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from labkit.logs import LogOptions
 from labkit.logs.lines import DamageReport
 from labkit.logs.scanner import Scanner
 
@@ -32,7 +33,7 @@ def report():
     ],
 )
 def test_the_vote_on_the_step(report, first, last, step, right, remark):
-    angles = Scanner().beams(N, first, step, report, last)
+    angles = Scanner(LogOptions(), report).beams(N, first, step, last)
 
     np.testing.assert_allclose(angles, first + right * np.arange(N), atol=1e-9)
     remarks = report.all_remarks(1)
@@ -41,7 +42,7 @@ def test_the_vote_on_the_step(report, first, last, step, right, remark):
 
 
 def test_the_caller_s_directions_need_no_vote(report):
-    angles = Scanner(angles=(-1.0, 1.0)).beams(N, 0.0, 7.0, report, 3.0)
+    angles = Scanner(LogOptions(angles=(-1.0, 1.0)), report).beams(N, 0.0, 7.0, 3.0)
     np.testing.assert_allclose(angles[[0, -1]], [-1.0, 1.0])
     assert report.all_remarks(1) == ()
 
@@ -51,11 +52,11 @@ def test_the_caller_s_directions_need_no_vote(report):
 )
 def test_a_unit_that_is_none_is_refused_with_those_that_are(unit, value):
     with pytest.raises(ValueError, match=rf"`{unit}` must be .*, got {value!r}"):
-        Scanner(**{unit: value})
+        LogOptions(**{unit: value})
 
 
 def test_blind_beams_make_no_point_and_those_that_are_not_there_are_told(report):
-    scanner = Scanner(blind_beams=np.array([1, 9]))
-    scan = scanner.scan([1.0, 2.0, 3.0], np.arange(3.0), report).make()
+    scanner = Scanner(LogOptions(blind_beams=[1, 9]), report)
+    scan = scanner.scan([1.0, 2.0, 3.0], np.arange(3.0)).make()
     assert scan.beams.tolist() == [0, 2]
     assert "1 scans have fewer beams than `blind_beams`" in report.all_remarks(1)[0]
