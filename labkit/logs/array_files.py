@@ -16,14 +16,13 @@ import numpy as np
 from labkit.logs.columns import DECLARED, IN_ONE_WORD, Column, parse_title
 from labkit.logs.lines import shorten
 from labkit.logs.log import Content
-from labkit.logs.ranges import is_known, tells_directions
+from labkit.logs.ranges import FEWEST_BEAMS, is_known, tells_directions
 from labkit.logs.reader import Reader, Reading, Source, Sweep
 from labkit.scan import check_angles
 from labkit.support.arrays import FloatArray, as_finite, as_floats
 from labkit.support.errors import LabkitError, LogError
 
 MAGIC = b"\x93NUMPY"
-FEWEST_BEAMS = 4
 
 
 def _is_array_file(source: Source) -> bool:

@@ -11,10 +11,8 @@ from labkit.logs.lines import DamagedLine, DamageReport, is_number
 from labkit.support.arrays import FloatArray
 
 UNITS = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
-# A scan takes 5 ms to 5 s, and dates count from 1970. So a clock in milliseconds steps by 10 or
-# more, one in microseconds by 1e4, one in nanoseconds by 1e7, or its dates are as large as this.
-MIN_STEP = {1e-9: 1e7, 1e-6: 1e4, 1e-3: 10.0}
-MIN_DATE = {1e-9: 1e17, 1e-6: 1e14, 1e-3: 1e11}
+MIN_STEP = 0.01  # [s]: a clock that would step by less in its unit counts in a larger one
+MIN_DATE = 1e8  # [s]: dates count from 1970
 DATES_IN_SECONDS = (9e8, 5e9)  # 1998 to 2128
 
 
@@ -80,8 +78,8 @@ def unit_of(stamps: FloatArray) -> tuple[float, bool]:
     size = float(np.median(np.abs(stamps)))
     steps = np.abs(np.diff(stamps))
     step = float(np.median(steps)) if steps.size else 0.0
-    for unit, least in MIN_STEP.items():
+    for unit in sorted(UNITS):
         is_date = unit == 1e-3 and DATES_IN_SECONDS[0] < size < DATES_IN_SECONDS[1]
-        if size >= MIN_DATE[unit] or (step >= least and not is_date):
+        if size >= MIN_DATE / unit or (step >= MIN_STEP / unit and not is_date):
             return unit, size * unit >= DATES_IN_SECONDS[0]
     return 1.0, True

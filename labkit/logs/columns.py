@@ -27,17 +27,8 @@ UNITS = METRES | RADIANS | SECONDS
 ANGLE = ("angle", "angles", "theta", "bearing", "azimuth", "alpha", "phi")
 RANGE = ("range", "ranges", "distance", "distances", "dist", "r", "rho", "l")
 CLOCK = ("stamp", "timestamp", "time", "rosbagtimestamp")  # the first is the scanner's own
-CLOCKS = (
-    *CLOCK,
-    "stamps",
-    "timestamps",
-    "times",
-    "time_stamp",
-    "time_stamps",
-    "receivetime",
-    "receive_time",
-    "log_time",
-)
+OTHER_CLOCKS = "stamps timestamps times time_stamp time_stamps receivetime receive_time log_time"
+CLOCKS = (*CLOCK, *OTHER_CLOCKS.split())
 NUMBERS_OF_SCANS = [
     f"{name}{ending}"
     for name in ("scan", "sweep", "frame")

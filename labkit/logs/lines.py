@@ -24,7 +24,7 @@ ZSTD = b"\x28\xb5\x2f\xfd"
 TAR, TAR_PLACE, TAR_BLOCK = b"ustar", 257, 512  # its mark, where it stands, and in how many bytes
 MAX_SILENT_DAMAGE = 0.1  # share of damaged lines; a larger one is remarked on
 QUATERNION_TOLERANCE = 0.01  # its length differs from 1 by its printed digits: two decimals
-MAX_LEAN_SINE = 0.25  # sine of half the angle by which a robot on the floor may lean, 29 degrees
+MAX_LEAN = math.radians(30.0)  # of a robot or a scanner that is taken as level
 MAX_REASON = 180  # characters: with the file's name it stays a message that a terminal shows
 
 
@@ -147,13 +147,9 @@ def _unpack(raw: io.BufferedReader) -> io.BufferedReader:
 
 
 def _encoding(head: bytes) -> str:
-    """The encoding by the mark at the beginning, or by the zeros of UTF-16 without one."""
+    """The encoding by the mark at the beginning."""
     if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return "utf-16"
-    if len(head) == 4 and head[1] == head[3] == 0 and head[0] and head[2]:
-        return "utf-16-le"
-    if len(head) == 4 and head[0] == head[2] == 0 and head[1] and head[3]:
-        return "utf-16-be"
     return "utf-8-sig"
 
 
@@ -196,7 +192,7 @@ def planar_heading(qx: float, qy: float, qz: float, qw: float) -> float:
     norm = math.hypot(qx, qy, qz, qw)
     if not abs(norm - 1.0) <= QUATERNION_TOLERANCE:
         raise DamagedLine(f"the quaternion has length {norm:.4g}, expected 1 (order qx qy qz qw)")
-    if math.hypot(qx, qy) > MAX_LEAN_SINE:
+    if math.hypot(qx, qy) > math.sin(0.5 * MAX_LEAN):
         raise DamagedLine(f"a rotation out of the plane, qx = {qx:g} and qy = {qy:g}, expected 0")
     sine = 2.0 * (qw * qz + qx * qy)
     cosine = qw * qw + qx * qx - qy * qy - qz * qz

@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from labkit.logs.lines import QUATERNION_TOLERANCE, DamagedLine
+from labkit.logs.lines import MAX_LEAN, QUATERNION_TOLERANCE, DamagedLine
 from labkit.support.arrays import FloatArray
 
-MAX_LEAN = math.radians(30.0)  # of a scanner whose scans are taken as level
 MIN_OFFSET = 1e-4  # [m, rad]: a place that differs less from the robot's own is none
 SAME_TRANSFORM = 1e-6  # [m, -]: entries of two transforms that differ by less are one
 

@@ -52,22 +52,8 @@ FORMATS = (
     f"of arrays"
 )
 KILLIAN = "killian"  # the built-in run: MIT Killian Court, 3,873 scans over 1.9 km
-SUFFIXES = frozenset(
-    {".gz", ".bz2", ".xz", ".zip"}
-    | {
-        ".log",
-        ".clf",
-        ".g2o",
-        ".csv",
-        ".tsv",
-        ".txt",
-        ".jsonl",
-        ".bag",
-        ".db3",
-        ".mcap",
-        ".npy",
-        ".npz",
-    }
+SUFFIXES = (
+    ".gz .bz2 .xz .zip .log .clf .g2o .csv .tsv .txt .jsonl .bag .db3 .mcap .npy .npz".split()
 )
 
 

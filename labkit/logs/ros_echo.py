@@ -12,29 +12,20 @@ from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
-
 from labkit.logs.columns import DECLARED, SECONDS, split_row
-from labkit.logs.lines import (
-    DamagedLine,
-    expect_near,
-    is_number,
-    parse_finite,
-    parse_numbers,
-    planar_heading,
-)
+from labkit.logs.lines import is_number, parse_numbers
 from labkit.logs.log import Content
-from labkit.logs.ranges import Layout, parse_sweep
+from labkit.logs.ranges import FEWEST_BEAMS, Layout, parse_sweep
+from labkit.logs.ranges import READER as RANGES
 from labkit.logs.reader import Reader, Reading, Source, Sweep
 from labkit.logs.scanner import Scanner
+from labkit.logs.wheels import read_table, titled
 from labkit.support.arrays import FloatArray
-from labkit.support.errors import LogError
 
 HEADER = 10  # fields of a LaserScan before its ranges
 STAMP = ((0, 1.0), (1, SECONDS["ns"]))
 FIELDS = {name: (k, 1.0) for name, k in zip(DECLARED, (3, 4, 5, 6, 8, 9), strict=True)}
-FEWEST_BEAMS = 4
-POSE = slice(4, 11)  # x, y, z and the quaternion of an Odometry
+ODOMETRY = "sec,nanosec,frame_id,child_frame_id,x,y,z,qx,qy,qz,qw"
 
 
 def read(source: Source) -> Reading:
@@ -73,18 +64,8 @@ def _beam_count(count: int, first: float, last: float, step: float) -> int:
 
 def read_wheels(source: Source) -> FloatArray:
     """Rows (t [s], x [m], y [m], θ [rad]) of printed messages of Odometry."""
-    rows = list[tuple[float, float, float, float]]()
-    for number, text in source.lines():
-        row = split_row(text)
-        try:
-            if row:
-                sec, nanosec = parse_numbers(row[:2], "stamp")
-                x, y, _, *q = (parse_finite(field, "a field of the pose") for field in row[POSE])
-                expect_near(x, y, "the position")
-                rows.append((sec + 1e-9 * nanosec, x, y, planar_heading(*q)))
-        except DamagedLine as damage:
-            raise LogError(f"{source.report.file}:{number}: {damage}") from None
-    return np.array(rows)
+    width = len(next(iter(source.table.rows), []))
+    return read_table(source, titled(ODOMETRY + "," * (width - ODOMETRY.count(",") - 1)))
 
 
 def _is_echo(source: Source) -> bool:
@@ -98,7 +79,7 @@ READER = Reader(
     name="ros_echo",
     files="what `ros2 topic echo --csv` prints",
     recognises=_is_echo,
-    uses=(*("angles", "no_return", "time_increment", "angle_unit", "blind_beams", "frame"),),
+    uses=RANGES.uses,
     read=read,
     read_wheels=read_wheels,
 )

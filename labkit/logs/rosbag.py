@@ -17,10 +17,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from labkit.logs.columns import DECLARED
-from labkit.logs.lines import DamagedLine, DamageReport, expect_near, planar_heading, shorten
+from labkit.logs.lines import (
+    MAX_LEAN,
+    DamagedLine,
+    DamageReport,
+    expect_near,
+    planar_heading,
+    shorten,
+)
 from labkit.logs.log import Content
 from labkit.logs.mounting import (
-    MAX_LEAN,
     Mounting,
     Transforms,
     find_motion,

@@ -9,16 +9,10 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.logs.columns import split_row
-from labkit.logs.lines import (
-    DamagedLine,
-    DamageReport,
-    expect_fields,
-    expect_near,
-    parse_finite,
-    planar_heading,
-    read_lines,
-)
+from labkit.logs.lines import DamageReport
+from labkit.logs.options import LogOptions
+from labkit.logs.reader import Source
+from labkit.logs.wheels import read_poses, titled
 from labkit.scan import Scan, scanner_poses
 from labkit.se2 import wrap
 from labkit.support.arrays import FloatArray, as_poses, as_stamps, check_kind
@@ -26,6 +20,7 @@ from labkit.support.errors import InvalidPointsError, LogError
 from labkit.support.files import atomic_write
 
 TUM = "timestamp tx ty tz qx qy qz qw"
+TUM_COLUMNS = TUM.replace(" ", ",")
 MAX_HOLD = 0.1  # [s]: a scan this near in time to a pose takes it, whatever lies on its other side
 MAX_GAP = 2.0  # [s]: between two poses farther apart nobody knows the way
 
@@ -77,28 +72,9 @@ def read_tum(path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
     LogError
         If the file cannot be read, holds no pose, or has a damaged line, which is named.
     """
-    report = DamageReport(path, strict=True)
-    rows = []
-    for number, line in read_lines(report):
-        fields = split_row(line)
-        if not fields:
-            continue
-        try:
-            rows.append(_parse_tum(fields))
-        except DamagedLine as damage:
-            report.skip(number, damage)
-    if not rows:
-        raise LogError(f"{path}: a trajectory without any pose, expected lines `{TUM}`")
-    table = np.array(rows)
+    source = Source(DamageReport(path, strict=True), LogOptions())
+    table, _ = read_poses(source, titled(TUM_COLUMNS))
     return table[:, 0], table[:, 1:]
-
-
-def _parse_tum(fields: Sequence[str]) -> tuple[float, float, float, float]:
-    """Time and x, y, θ of one line."""
-    expect_fields(fields, 8, f"`{TUM}`")
-    t, x, y, _, *quaternion = map(parse_finite, fields, TUM.split())
-    expect_near(x, y, "the position")
-    return t, x, y, planar_heading(*quaternion)
 
 
 def interpolate_poses(stamps: ArrayLike, times: ArrayLike, poses: ArrayLike) -> FloatArray:

@@ -39,35 +39,41 @@ ROTATIONS = frozenset({"orientation", "rotation", "quaternion", "quat", "q"})
 NO_POSES = frozenset({"twist", "linear", "angular", "covariance", "vel", "velocity"})
 
 
-def read_table(source: Source) -> FloatArray:
-    """Rows (t [s], x [m], y [m], θ [rad]) of a table of poses; t is NaN without a clock.
+def read_table(source: Source, columns: Sequence[Column] = ()) -> FloatArray:
+    """Rows (t [s], x [m], y [m], θ [rad]) of a table of poses; t is NaN without a clock."""
+    track, is_named = read_poses(source, columns)
+    if not np.isnan(track[:, 0]).any():
+        report = source.report
+        track[:, 0] = settle_clock(track[:, 0], report.file, report, is_named=is_named)
+    return track
+
+
+def read_poses(source: Source, columns: Sequence[Column] = ()) -> tuple[FloatArray, bool]:
+    """The rows as they stand, by the columns or else their titles, and whether these name a unit.
 
     A table with a damaged line is refused as a whole, since a gap in it would go unseen.
     """
-    report, table = source.report, source.table
-    columns, rows = table.columns, list[tuple[float, float, float, float]]()
+    file, table = source.report.file, source.table
+    columns = columns or table.columns
+    rows = list[tuple[float, float, float, float]]()
     places: Mapping[str, int] = {}
     for number, text in source.lines(table.begin):
         row = split_row(text)
         if not row:
             continue
         if not places:
-            columns = columns or _usual_columns(row, report.file)
-            places = _places(columns, report.file)
+            columns = columns or _usual_columns(row, file)
+            places = _places(columns, file)
             clocks = choose_clocks(columns)
         try:
             expect_fields(row, len(columns), f"`{','.join(each.title for each in columns[:9])}`")
             stamps = [parse_stamp(row[k], unit) for k, unit in clocks]
             rows.append((sum(stamps) if stamps else math.nan, *_pose(row, places, columns)))
         except DamagedLine as damage:
-            raise LogError(f"{report.file}:{number}: {damage}") from None
+            raise LogError(f"{file}:{number}: {damage}") from None
     if not rows:
-        raise LogError(f"{report.file}: a trajectory without any pose")
-    track = np.array(rows)
-    if clocks:
-        is_named = any(columns[k].unit for k, _ in clocks)
-        track[:, 0] = settle_clock(track[:, 0], report.file, report, is_named=is_named)
-    return track
+        raise LogError(f"{file}: a trajectory without any pose")
+    return np.array(rows), any(columns[k].unit for k, _ in clocks)
 
 
 def _usual_columns(row: Sequence[str], file: str) -> list[Column]:
@@ -77,7 +83,12 @@ def _usual_columns(row: Sequence[str], file: str) -> list[Column]:
             f"{', '.join(f'{count} (`{titles}`)' for count, titles in UNTITLED.items())}, or "
             f"titles that say what they hold"
         )
-    return [*map(parse_title, UNTITLED[len(row)].split(","))]
+    return titled(UNTITLED[len(row)])
+
+
+def titled(titles: str) -> list[Column]:
+    """Columns by their titles between commas."""
+    return [*map(parse_title, titles.split(","))]
 
 
 def _meaning(column: Column) -> str:

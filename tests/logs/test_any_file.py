@@ -71,8 +71,6 @@ OPTIONS = {"ranges": {"angles": (-1.0, 1.0)}}
 PACKINGS = {
     "mark of UTF-8": lambda text: codecs.BOM_UTF8 + text.encode(),
     "UTF-16": lambda text: text.encode("utf-16"),
-    "UTF-16, little end first": lambda text: text.encode("utf-16-le"),
-    "UTF-16, big end first": lambda text: text.encode("utf-16-be"),
     "lines of Windows": lambda text: text.replace("\n", "\r\n").encode(),
     "no end of the last line": lambda text: text.rstrip("\n").encode(),
     "blank lines": lambda text: ("\n\n" + text.replace("\n", "\n\n")).encode(),
