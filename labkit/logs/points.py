@@ -12,11 +12,12 @@ import math
 from array import array
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from labkit.logs.clocks import parse_stamp
-from labkit.logs.columns import POLAR, RADIANS, XY, Column, parse_title, split_row
+from labkit.logs.columns import POLAR, XY, Column, parse_title, split_row
 from labkit.logs.doubts import MAX_USUAL_RANGE
 from labkit.logs.lines import (
     DamagedLine,
@@ -28,11 +29,12 @@ from labkit.logs.lines import (
 )
 from labkit.logs.log import Content
 from labkit.logs.reader import Reader, Reading, Source, Sweep, holds_values
-from labkit.logs.scanner import Scanner
-from labkit.scan import MOST_TURN, check_angles
+from labkit.logs.stored import StoredScan
+from labkit.scan import MOST_TURN, Scan, check_angles
 from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.errors import InvalidParameterError, LogError
 
+Places = dict[str, tuple[int, Column]]  # of each meaning, the column that holds it
 UNTITLED = {count: [*map(parse_title, ("scan", *XY)[-count:])] for count in (2, 3)}
 MANY_ROWS = 20  # from here on it is no chance that a column runs one way
 MAX_UNEVENNESS = 0.2  # of a step: directions are rounded
@@ -47,47 +49,91 @@ def coordinates_of(columns: Sequence[Column]) -> tuple[str, str] | None:
     return next((pair for pair in (XY, POLAR) if named.issuperset(pair)), None)
 
 
+class Rows(NamedTuple):
+    """The rows of one scan: its first line and stamp, and their coordinates as in the file."""
+
+    line: int
+    stamp: float
+    first: FloatArray  # x, or the angle [rad]
+    second: FloatArray  # y, or the range
+
+
 def read(source: Source) -> Reading:
     """Read a table of points."""
     return read_rows(source.lines(source.table.begin), source.table.columns, source)
 
 
 def read_rows(
-    lines: Iterable[tuple[int, str]], columns: Sequence[Column], source: Source
+    lines: Iterable[tuple[int, str]], titles: Sequence[Column], source: Source
 ) -> Reading:
     """Read rows of points; scans come in the order in which their number is first met."""
+    scanner = source.scanner
+    columns = titles or UNTITLED.get(len(next(iter(source.table.rows), [])), UNTITLED[2])
+    places = _places(columns, source.report.file)
+    pair, scans = _part_scans(lines, columns, places, source, has_titles=bool(titles))
+    scale = places["range"][1].scale if "range" in places else 1.0
+    sweeps = []
+    for rows in source.part(scans):
+        scan: StoredScan | Scan
+        if pair == XY:
+            points = np.column_stack([rows.first, rows.second])
+            scan = scanner.scan_of_points(points, rows.stamp)
+        else:
+            angles = -rows.first if scanner.mirrored else rows.first.copy()
+            scan = scanner.scan(rows.second, angles, scale=scale, stamp=rows.stamp)
+        sweeps.append(Sweep(rows.line, scan))
+    is_named = "clock" in places and bool(places["clock"][1].unit)
+    return Reading(sweeps=sweeps, clock_is_named=is_named, contents=contents_of(titles, places))
+
+
+def _part_scans(
+    lines: Iterable[tuple[int, str]],
+    columns: Sequence[Column],
+    places: Places,
+    source: Source,
+    *,
+    has_titles: bool,
+) -> tuple[tuple[str, str], list[Rows]]:
+    """Which coordinates a table holds, and its rows scan by scan."""
     report, scanner = source.report, source.scanner
     pair = coordinates_of(columns) or XY
-    line_numbers, rows, places = _read_rows(lines, report, columns, pair)
-    if not len(rows):
-        return Reading()
-    units = [_unit(places[meaning][1], meaning, scanner) for meaning in pair]
-    if not columns and (degrees := _unit_of_directions(rows, report)):
-        pair, units = POLAR, [scanner.radians(degrees), scanner.metres()]
-    coordinates = rows[:, 2:]
-    coordinates *= units
+    read = {name: places[name] for name in ("scan", "clock", *pair) if name in places}
+    line_numbers, values = _parse_rows(lines, read, len(columns), source)
+    if not len(line_numbers):
+        return pair, []
+    x, y = (values[meaning] for meaning in pair)
+    first, second = (places[meaning][1] for meaning in pair)
+    numbers, stamps = values.get("scan"), values.get("clock")
+    if not has_titles and (unit := _unit_of_directions(numbers, x, y, report)):
+        pair = POLAR
+        first = parse_title(f"angle [{unit}]")
     if pair == POLAR:
-        _expect_radians(coordinates[:, 0], places.get("angle"), report.file)
-    groups = _without_cut_ends(_scans(rows, places, pair, report), coordinates, pair, report)
+        x *= scanner.radians(first.scale)
+        _expect_radians(x, first.title, report.file)
+        directions = x
+    else:
+        x *= scanner.metres(first.scale)
+        y *= scanner.metres(second.scale)
+        directions = np.arctan2(y, x)
+    if numbers is not None:
+        numbers = _with_restarts(numbers, report)
+    else:
+        numbers, stamps = _number_scans(stamps, directions, pair, report)
+    groups = _without_cut_ends(_groups_of(numbers), directions, report)
     if pair == XY:
-        _suspect_millimetres(coordinates[groups[0]], report)
-    sweeps = []
-    for group in source.part(groups):
-        line = line_numbers[group][0]
-        stamp = float(rows[group][0, 1])
-        points = coordinates[group]
-        if pair == XY:
-            sweeps.append(Sweep(int(line), scanner.scan_of_points(points, stamp)))
-        else:
-            angles, ranges = points.T
-            directions = -angles if scanner.mirrored else angles
-            scan = scanner.scan(ranges / units[1], directions, scale=units[1], stamp=stamp)
-            sweeps.append(Sweep(int(line), scan))
-    is_named = "clock" in places and bool(places["clock"][1].unit)
-    return Reading(sweeps=sweeps, clock_is_named=is_named, contents=contents_of(columns, places))
+        _suspect_millimetres(x[groups[0]], y[groups[0]], report)
+    return pair, [
+        Rows(
+            int(line_numbers[group][0]),
+            math.nan if stamps is None else float(stamps[group][0]),
+            x[group],
+            y[group],
+        )
+        for group in groups
+    ]
 
 
-def contents_of(columns: Sequence[Column], places: dict[str, tuple[int, Column]]) -> list[Content]:
+def contents_of(columns: Sequence[Column], places: Places) -> list[Content]:
     """The columns of a table of points, and what they are read as."""
     uses = {k: meaning for meaning, (k, _) in places.items()}
     return [
@@ -96,41 +142,37 @@ def contents_of(columns: Sequence[Column], places: dict[str, tuple[int, Column]]
     ]
 
 
-def _unit(column: Column, meaning: str, scanner: Scanner) -> float:
-    """Factor of a coordinate to metres or radians."""
-    return scanner.radians(column.scale) if meaning == "angle" else scanner.metres(column.scale)
-
-
-def _read_rows(
+def _parse_rows(
     lines: Iterable[tuple[int, str]],
-    report: DamageReport,
-    columns: Sequence[Column],
-    pair: tuple[str, str],
-) -> tuple[IntArray, FloatArray, dict[str, tuple[int, Column]]]:
-    """Lines of the good rows, the rows (scan, stamp, two coordinates), and the columns' places."""
+    places: Places,
+    width: int,
+    source: Source,
+) -> tuple[IntArray, dict[str, FloatArray]]:
+    """Lines of the good rows, and what each column holds; a table may have millions of rows."""
     line_numbers = array("q")
-    table = array("d")
-    places: dict[str, tuple[int, Column]] = {}
-    for number, text in lines:
+    columns = {meaning: array("d") for meaning in places}
+
+    def parse(number: int, text: str) -> tuple[int, list[float]] | None:
         row = split_row(text)
         if not row:
-            continue
-        if not places:
-            columns = columns or UNTITLED.get(len(row), UNTITLED[2])
-            places = _places(columns, report.file)
-        try:
-            expect_fields(row, len(columns), "a row of points")
-            table.extend(_parse_point(places, pair, row))
-            line_numbers.append(number)
-        except DamagedLine as damage:
-            report.skip(number, damage)
-    rows = np.frombuffer(table).reshape(-1, 4)  # no copy: a long table is not held twice
-    return np.frombuffer(line_numbers, dtype=np.int64), rows, places
+            return None
+        expect_fields(row, width, "a row of points")
+        fields = [_parse_field(row, places[meaning], meaning) for meaning in columns]
+        if "x" in columns:
+            expect_near(fields[-2], fields[-1], "the point")
+        return number, fields
+
+    for number, fields in source.parse(parse, lines):
+        line_numbers.append(number)
+        for column, value in zip(columns.values(), fields, strict=True):
+            column.append(value)
+    values = {meaning: np.frombuffer(column) for meaning, column in columns.items()}  # no copies
+    return np.frombuffer(line_numbers, dtype=np.int64), values
 
 
-def _places(columns: Sequence[Column], file: str) -> dict[str, tuple[int, Column]]:
+def _places(columns: Sequence[Column], file: str) -> Places:
     """The column of each meaning; `LogError` where two columns claim one."""
-    places: dict[str, tuple[int, Column]] = {}
+    places: Places = {}
     for k, column in enumerate(columns):
         meaning = column.meaning if column.number is None else ""
         if meaning in places and meaning != "clock":
@@ -143,55 +185,30 @@ def _places(columns: Sequence[Column], file: str) -> dict[str, tuple[int, Column
     return places
 
 
-def _parse_point(
-    places: dict[str, tuple[int, Column]], pair: tuple[str, str], row: Sequence[str]
-) -> tuple[float, float, float, float]:
-    """Number of the scan, stamp [s] and the two coordinates [m, rad] of one row."""
-    scan, stamp = 0.0, math.nan
-    if "scan" in places:
-        scan = parse_finite(row[places["scan"][0]], "scan")
-        if not scan.is_integer():
-            raise DamagedLine(
-                f"scan is {scan:g}, expected a whole number; if the columns mean something else, "
-                f"name them in a header, as `x,y,intensity`"
-            )
-    if "clock" in places:
-        k, clock = places["clock"]
-        stamp = parse_stamp(row[k], clock.scale)
-    (k, _), (m, _) = (places[meaning] for meaning in pair)
-    if pair == POLAR:
-        angle = parse_finite(row[k], "angle")
-        return scan, stamp, angle, parse_numbers([row[m] or "nan"], "range")[0]
-    x, y = parse_finite(row[k], "x"), parse_finite(row[m], "y")
-    expect_near(x, y, "the point")
-    return scan, stamp, x, y
+def _parse_field(row: Sequence[str], place: tuple[int, Column], meaning: str) -> float:
+    """One number of a row: whole of a scan, in seconds of a clock."""
+    field = row[place[0]]
+    if meaning == "clock":
+        return parse_stamp(field, place[1].scale)
+    if meaning == "range":  # which may be missed
+        return parse_numbers([field or "nan"], "range")[0]
+    value = parse_finite(field, meaning)
+    if meaning == "scan" and not value.is_integer():
+        raise DamagedLine(
+            f"scan is {value:g}, expected a whole number; if the columns mean something else, "
+            f"name them in a header, as `x,y,intensity`"
+        )
+    return value
 
 
-def _scans(
-    rows: FloatArray,
-    places: dict[str, tuple[int, Column]],
-    pair: tuple[str, str],
-    report: DamageReport,
-) -> Sequence[IntArray | slice]:
+def _groups_of(numbers: FloatArray) -> Sequence[IntArray | slice]:
     """Rows of each scan, in the order of their first rows: a slice, or indices if they scatter."""
-    numbers, stamps = rows[:, 0], rows[:, 1]
-    if "scan" in places:
-        numbers = _with_restarts(numbers, report)
-    else:
-        numbers = _numbers_without_column(rows, pair, report)
-        is_of_points = len(np.unique(stamps)) > 0.5 * len(rows)
-        if "clock" in places and is_of_points and pair == XY:
-            rows[:, 1] = np.nan
-            report.remarks.append(
-                f"the column {places['clock'][1].title!r} gives each point its own time, which "
-                f"tells no scan; a column `scan` would"
-            )
-    starts = np.flatnonzero(np.diff(numbers)) + 1
-    if len(starts) < len(np.unique(numbers)):  # each number in one piece
-        return [slice(a, b) for a, b in pairwise([0, *starts.tolist(), len(numbers)])]
+    starts = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist()]
+    if len(np.unique(numbers[starts])) == len(starts):  # each number in one piece
+        return [slice(a, b) for a, b in pairwise([*starts, len(numbers)])]
     order = np.argsort(numbers, kind="stable")
-    starts = np.flatnonzero(np.diff(numbers[order])) + 1
-    return sorted(np.split(order, starts), key=lambda group: int(group[0]))
+    ends = np.flatnonzero(np.diff(numbers[order])) + 1
+    return sorted(np.split(order, ends), key=lambda group: int(group[0]))
 
 
 def _with_restarts(numbers: FloatArray, report: DamageReport) -> FloatArray:
@@ -207,33 +224,38 @@ def _with_restarts(numbers: FloatArray, report: DamageReport) -> FloatArray:
     return np.cumsum(np.diff(numbers, prepend=numbers[0]) != 0.0).astype(np.float64)
 
 
-def _numbers_without_column(
-    rows: FloatArray, pair: tuple[str, str], report: DamageReport
-) -> FloatArray:
-    """Number of the scan of each row: by the stamps, or by the turns where those tell more."""
-    stamps = rows[:, 1]
-    stamp_count = 1 if np.isnan(stamps).all() else len(np.unique(stamps))
-    are_of_points = stamp_count > 0.5 * len(rows)
-    directions = rows[:, 2] if pair == POLAR else np.arctan2(rows[:, 3], rows[:, 2])
+def _number_scans(
+    stamps: FloatArray | None, directions: FloatArray, pair: tuple[str, str], report: DamageReport
+) -> tuple[FloatArray, FloatArray | None]:
+    """Number of the scan of each row by the stamps, or by the turns where those tell more.
+
+    The stamps come back, or None where they tell no scan.
+    """
     turns = _turns(directions)
     turn_count = int(turns[-1]) + 1
-    has_more_turns = are_of_points or turn_count > MIN_TURNS * stamp_count
-    if pair == POLAR and has_more_turns and turn_count > 1:
+    stamp_count = 1 if stamps is None else len(np.unique(stamps))
+    is_of_points = stamp_count > 0.5 * len(turns)
+    has_more_turns = turn_count > 1 and (is_of_points or turn_count > MIN_TURNS * stamp_count)
+    if pair == POLAR and has_more_turns:
         report.remarks.append(
             f"no column numbers the scans: one begins where the angles start anew, {turn_count} "
             f"in all"
         )
-        return turns
-    if are_of_points or stamp_count == 1:
-        return np.zeros(len(rows))
-    whole = (np.diff(np.unique(stamps)) % 1.0 == 0.0).all()
-    if whole and turn_count > MIN_TURNS * stamp_count:
+        return turns, stamps
+    if stamps is None or stamp_count == 1:
+        return np.zeros(len(turns)), stamps
+    if is_of_points:
+        report.remarks.append(
+            "the clock gives each point its own time, which tells no scan; a column `scan` would"
+        )
+        return np.zeros(len(turns)), None
+    if has_more_turns and (np.diff(np.unique(stamps)) % 1.0 == 0.0).all():
         report.remarks.append(
             f"the clock counts whole seconds, and the points of one stamp go round "
             f"{turn_count / stamp_count:.1f} times: several sweeps count as one scan; a column "
             f"`scan` would part them"
         )
-    return stamps
+    return stamps, stamps
 
 
 def _turns(angles: FloatArray) -> FloatArray:
@@ -245,10 +267,7 @@ def _turns(angles: FloatArray) -> FloatArray:
 
 
 def _without_cut_ends(
-    groups: Sequence[IntArray | slice],
-    coordinates: FloatArray,
-    pair: tuple[str, str],
-    report: DamageReport,
+    groups: Sequence[IntArray | slice], directions: FloatArray, report: DamageReport
 ) -> Sequence[IntArray | slice]:
     """The scans without a first and a last one whose view is narrower than the usual.
 
@@ -256,11 +275,10 @@ def _without_cut_ends(
     """
     if len(groups) < FEWEST_TURNS:
         return groups
-    ends = {0: "first", len(groups) - 1: "last"}
-    views = np.array([_view(coordinates[group], pair) for group in groups])
+    views = np.array([_view(directions[group]) for group in groups])
     usual = float(np.median(views))
-    is_cut = views < FULL_VIEW * usual
-    cut = [k for k in ends if is_cut[k]]
+    ends = {0: "first", len(groups) - 1: "last"}
+    cut = [k for k in ends if views[k] < FULL_VIEW * usual]
     for k in cut:
         report.remarks.append(
             f"the {ends[k]} scan covers {np.degrees(views[k]):.0f} degrees and the others "
@@ -269,33 +287,34 @@ def _without_cut_ends(
     return [group for k, group in enumerate(groups) if k not in cut]
 
 
-def _view(points: FloatArray, pair: tuple[str, str]) -> float:
+def _view(directions: FloatArray) -> float:
     """Angle [rad] that the points of a scan cover: a turn without its widest gap."""
-    directions = points[:, 0] if pair == POLAR else np.arctan2(points[:, 1], points[:, 0])
     around = np.sort(directions % (2.0 * math.pi))
     gaps = np.diff(around, append=around[:1] + 2.0 * math.pi)
     return 2.0 * math.pi - float(gaps.max())
 
 
-def _expect_radians(angles: FloatArray, place: tuple[int, Column] | None, file: str) -> None:
+def _expect_radians(angles: FloatArray, title: str, file: str) -> None:
     try:
         check_angles(angles, "")
     except InvalidParameterError as error:
-        title = "" if place is None else place[1].title
         raise LogError(
             f"{file}: the column {title!r} {error.problem}; the title `angle_deg` says degrees, "
             f"and so does `angle_unit` (`--angle-unit deg`)"
         ) from None
 
 
-def _unit_of_directions(rows: FloatArray, report: DamageReport) -> float | None:
-    """Unit [rad] of a first column without a title that holds directions, or None.
+def _unit_of_directions(
+    numbers: FloatArray | None, first: FloatArray, second: FloatArray, report: DamageReport
+) -> str | None:
+    """Unit of a first column without a title that holds directions, or None.
 
     Directions run evenly; coordinates of walls do not. A remark tells of a column that runs one
     way and not evenly.
     """
-    numbers, _, first, second = rows.T
-    steps = np.diff(first)[np.diff(numbers) == 0.0]
+    steps = np.diff(first)
+    if numbers is not None:
+        steps = steps[np.diff(numbers) == 0.0]
     if len(first) < MANY_ROWS or (second < 0.0).any() or not 1.0 < np.ptp(first) <= 360.0:
         return None
     usual = float(np.median(steps))
@@ -314,13 +333,11 @@ def _unit_of_directions(rows: FloatArray, report: DamageReport) -> float | None:
         f"the columns have no titles, and one runs evenly, as directions do: they are read as "
         f"angles in {unit} and ranges; titles (`x,y`) say otherwise"
     )
-    return RADIANS[unit]
+    return unit
 
 
-def _suspect_millimetres(points: FloatArray, report: DamageReport) -> None:
-    if not len(points):
-        return
-    extent = float(np.median(np.hypot(*(points - np.median(points, axis=0)).T)))
+def _suspect_millimetres(x: FloatArray, y: FloatArray, report: DamageReport) -> None:
+    extent = float(np.median(np.hypot(x - np.median(x), y - np.median(y))))
     if extent > MAX_USUAL_RANGE:
         report.remarks.append(
             f"half of the points lie more than {extent:.4g} m from their middle: are they "

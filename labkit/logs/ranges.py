@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
-from itertools import chain, islice
 
 import numpy as np
 
@@ -41,7 +39,6 @@ from labkit.support.errors import LogError
 FEWEST_BEAMS = 4
 MAX_UNEVENNESS = 0.5  # of a step: directions may be rounded
 MANY_BEAMS = 9  # whose ranges hardly ever run evenly
-FIRST_ROWS = 50  # tell whether rows end in a comma
 LEFT_OUT = HARMLESS | {"frame_id"}
 ENDS = (0, 1, 2, 3, -4, -3, -2, -1)  # columns in which a clock or a pose may stand
 OTHER_COLUMNS = (
@@ -132,22 +129,23 @@ def are_ranges(table: Table) -> bool:
 def read(source: Source) -> Reading:
     """Read a sweep of each row of ranges; an empty field is no return."""
     report, table = source.report, source.table
-    lines = source.lines(table.begin)
-    rows = ((number, row) for number, text in lines if (row := split_row(text)))
-    first_rows = list(islice(rows, FIRST_ROWS))
-    if not first_rows:
+    if not table.rows:
         return Reading()
     if table.columns:
         layout = layout_of(table.columns, report.file)
     else:
-        _refuse_directions(first_rows, report.file)
-        ends_in_comma = not any(row[-1] for _, row in first_rows)
-        width = len(first_rows[0][1])
+        _refuse_directions(table, report.file)
+        ends_in_comma = not any(row[-1] for row in table.rows)
+        width = len(table.rows[0])
         beams = range(width - ends_in_comma)
         layout = Layout(width=width, beams=beams, scale=1.0, clocks=(), declared={})
-    expect_directions(layout, first_rows[0][1], source)
-    parse = partial(parse_sweep, layout=layout, scanner=source.scanner)
-    sweeps = source.sweeps(source.parse(parse, chain(first_rows, rows)))
+    expect_directions(layout, table.rows[0], source)
+
+    def parse(number: int, text: str) -> Sweep | None:
+        row = split_row(text)
+        return parse_sweep(number, row, layout=layout, scanner=source.scanner) if row else None
+
+    sweeps = source.sweeps(source.parse(parse, source.lines(table.begin)))
     is_named = any(table.columns[k].unit for k, _ in layout.clocks)
     if not table.columns:
         _suspect_other_columns(sweeps, report)
@@ -180,14 +178,14 @@ def _suspect_other_columns(sweeps: Sequence[Sweep], report: DamageReport) -> Non
         report.remarks.append(OTHER_COLUMNS)
 
 
-def _refuse_directions(rows: Sequence[tuple[int, Sequence[str]]], file: str) -> None:
+def _refuse_directions(table: Table, file: str) -> None:
     """Raise `LogError` for a first row that alone runs evenly, as directions of beams do."""
-    line, row = rows[0]
-    if len(rows) > 1 and _runs_evenly(row) and not _runs_evenly(rows[1][1]):
+    row, *others = table.rows
+    if others and _runs_evenly(row) and not _runs_evenly(others[0]):
         raise LogError(
-            f"{file}:{line}: the numbers run evenly from {row[0]} to {row[-1]}, as directions of "
-            f"beams do, and ranges do not; take the row out, and pass its ends in radians as "
-            f"`angles` (`--angles`)"
+            f"{file}:{table.line}: the numbers run evenly from {row[0]} to {row[-1]}, as "
+            f"directions of beams do, and ranges do not; take the row out, and pass its ends as "
+            f"`angles` in radians (`--angles`)"
         )
 
 

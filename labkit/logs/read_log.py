@@ -52,9 +52,7 @@ FORMATS = (
     f"of arrays"
 )
 KILLIAN = "killian"  # the built-in run: MIT Killian Court, 3,873 scans over 1.9 km
-SUFFIXES = (
-    ".gz .bz2 .xz .zip .log .clf .g2o .csv .tsv .txt .jsonl .bag .db3 .mcap .npy .npz".split()
-)
+SUFFIXES = ".gz .bz2 .xz .zip .log .clf .g2o .csv .tsv .txt .jsonl .bag .db3 .mcap .npy .npz"
 
 
 def read_log(
@@ -257,6 +255,6 @@ def refuse_unusable(options: LogOptions, reader: Reader, file: str) -> None:
 def _run_name(source: Path) -> str:
     """The file's name without the suffixes of logs and of their packing."""
     name = Path(source.name)
-    while name.suffix.lower() in SUFFIXES:
+    while name.suffix.lower() in SUFFIXES.split():
         name = name.with_suffix("")
     return name.name

@@ -20,11 +20,11 @@ from labkit.logs.scanner import Scanner
 from labkit.logs.stored import StoredScan
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
-from labkit.support.errors import LabkitError
+from labkit.support.errors import LabkitError, LogError
 
 HEAD_LINES = 1000  # lines that tell the format
 FIRST_BYTES = 16  # of a file, that tell a binary format
-ROWS_OF_HEAD = 5  # rows of a table that tell what it holds
+ROWS_OF_HEAD = 50  # rows of a table that tell what it holds, and whether they end in a comma
 FOREIGN = {  # beginnings of files that others write, and the way out
     "header:": "is it printed by `rostopic echo`? labkit reads its tables (`-p`), and bags",
     "version https://git-lfs": "it stands for a file of Git LFS, which `git lfs pull` fetches",
@@ -51,6 +51,7 @@ class Table(NamedTuple):
     columns: list[Column]  # none without titles
     begin: int  # number of lines above the rows
     rows: list[list[str]]
+    line: int = 0  # of the first of them
 
     @property
     def has_unknown_titles(self) -> bool:
@@ -128,8 +129,9 @@ class Source:
         if self.foreign:
             return Table([], 0, [])
         columns, begin = read_header(self.head)
-        rows = [row for row in map(split_row, self.head[begin:]) if row]
-        return Table(columns, begin, rows[:ROWS_OF_HEAD])
+        rows = ((line, split_row(text)) for line, text in self._numbered_head[begin:])
+        first = list(islice((row for row in rows if row[1]), ROWS_OF_HEAD))
+        return Table(columns, begin, [row for _, row in first], first[0][0] if first else 0)
 
     def lines(self, begin: int = 0) -> Iterator[tuple[int, str]]:
         """All lines from an index of the head on, with their numbers; once."""
@@ -145,6 +147,8 @@ class Source:
         for number, row in rows:
             try:
                 parsed = parse_row(number, row)
+            except LogError:  # of the file as a whole
+                raise
             except LabkitError as damage:
                 self.report.skip(number, damage)
             else:
