@@ -53,8 +53,7 @@ class Log:
     name : str
         Name of the run: the file's, without its suffixes.
     format : str
-        ``"carmen"``, ``"g2o"``, ``"ros"``, ``"ros_echo"``, ``"json"``, ``"ranges"``, ``"polar"`` or
-        ``"points"``.
+        Name of the format's reader: ``"carmen"``, ``"ros"``, ``"ranges"``, ``"points"`` and so on.
     skipped : tuple of SkippedLine
         The damaged lines that were left out.
     remarks : tuple of str

@@ -118,7 +118,8 @@ def _part_scans(
     if numbers is not None:
         numbers = _with_restarts(numbers, report)
     else:
-        numbers, stamps = _number_scans(stamps, directions, pair, report)
+        title = places["clock"][1].title if "clock" in places else ""
+        numbers, stamps = _number_scans(stamps, title, directions, pair, report)
     groups = _without_cut_ends(_groups_of(numbers), directions, report)
     if pair == XY:
         _suspect_millimetres(x[groups[0]], y[groups[0]], report)
@@ -225,7 +226,11 @@ def _with_restarts(numbers: FloatArray, report: DamageReport) -> FloatArray:
 
 
 def _number_scans(
-    stamps: FloatArray | None, directions: FloatArray, pair: tuple[str, str], report: DamageReport
+    stamps: FloatArray | None,
+    title: str,
+    directions: FloatArray,
+    pair: tuple[str, str],
+    report: DamageReport,
 ) -> tuple[FloatArray, FloatArray | None]:
     """Number of the scan of each row by the stamps, or by the turns where those tell more.
 
@@ -246,7 +251,8 @@ def _number_scans(
         return np.zeros(len(turns)), stamps
     if is_of_points:
         report.remarks.append(
-            "the clock gives each point its own time, which tells no scan; a column `scan` would"
+            f"the column {title!r} gives each point its own time, which tells no scan; a column "
+            f"`scan` would"
         )
         return np.zeros(len(turns)), None
     if has_more_turns and (np.diff(np.unique(stamps)) % 1.0 == 0.0).all():

@@ -16,6 +16,7 @@ from labkit.logs import (
     carmen_raw,
     g2o,
     json_lines,
+    player,
     points,
     ranges,
     ros_echo,
@@ -44,6 +45,7 @@ READERS: tuple[Reader, ...] = (  # the first that recognises a file reads it
     json_lines.READER,
     ros_echo.READER,
     rplidar.READER,
+    player.READER,
     ranges.READER,
     *points.READERS,
 )
