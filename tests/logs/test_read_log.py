@@ -103,7 +103,7 @@ def test_the_name_of_a_run_goes_without_suffixes(save, run, name, expected):
             "scan; 1 damaged, the first is 2: 2 fields.*; it holds",
         ),
         (b"VERTEX_SE2 0 0 0 0\n", "a g2o log without any scan; .*, g2o with ROBOTLASER1"),
-        (b"x,y\n", "a points log without any scan; labkit reads"),
+        (b"x,y\n", r"a points log without any scan; it holds x \(column\), y \(column\); labkit"),
     ],
 )
 def test_a_file_without_a_scan(save, content, message):
