@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.deskew import Velocities, deskew, is_skewed
+from labkit.odometry.bent_walls import curvature
 from labkit.odometry.constants import KEPT_STEPS
 from labkit.odometry.integration import increments_of_scanner
 from labkit.odometry.parameters import OdometryParameters
@@ -111,7 +112,8 @@ class Odometry(ABC, Generic[State]):
         velocity = run.velocities.during(scan, prior)
         straight = scan if skewed is None or velocity is None else deskew(skewed, velocity)
         record, state = self.advance(run.state, self._filter(straight), prior)
-        step = Step(replace(record, evidence=UNKNOWN), prior, largest_range(scan))
+        bare = replace(record, evidence=UNKNOWN)
+        step = Step(bare, prior, largest_range(scan), curvature(scan))
         after = Run(
             state=state,
             velocities=run.velocities.after(scan, record.increment),

@@ -42,7 +42,7 @@ from labkit.se2 import from_xytheta, invert, relative, to_xytheta
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
-FROZEN = "the scan repeats the one before while the wheels moved: does the scanner hang?"
+FROZEN = "the scan repeats the one before to the last digit: does the scanner hang?"
 
 
 class MapState(NamedTuple):
@@ -104,15 +104,18 @@ class MapOdometry(Odometry[MapState]):
             return record, state.after(record, scan)
         scales = state.history.scales(scan, prior, self.parameters.limits)
         wheels = believable_wheels(prior, scales, scan, state.last_scan)
-        frozen = is_frozen(scan, state.last_scan, wheels)
-        seen = NO_POINTS if frozen else scan
+        repeats = is_frozen(scan, state.last_scan, wheels)
+        if repeats and wheels is None:
+            return self.skip_repeat(state, prior, scales)
+        seen = NO_POINTS if repeats else scan
         record = replace(
             self.step(state, seen, wheels, scales),
             prior=None if wheels is None else prior,
             scales=scales,
             after_doubt=state.history.last_doubtful,
+            repeats=repeats,
         )
-        if frozen:
+        if repeats:
             record = replace(record, reason=FROZEN)
         elif prior is not None and wheels is None:
             reasons = [why_ignored(prior, scales), record.reason]
@@ -120,6 +123,22 @@ class MapOdometry(Odometry[MapState]):
         elif record.is_doubtful and not record.reason:
             record = replace(record, reason=why_doubtful(record, scales))
         return record, state.after(record, seen)
+
+    def skip_repeat(
+        self, state: MapState, told: FloatArray | None, scales: Scales
+    ) -> tuple[StepRecord, MapState]:
+        """Stand still, and learn nothing: a scan came twice, and no wheels tell a motion."""
+        record = StepRecord(
+            increment=STILL,
+            decision=Decision.STAND,
+            reason=FROZEN,
+            after_doubt=state.history.last_doubtful,
+            repeats=True,
+            scales=scales,
+            evidence=Evidence(unmatched_std(None, self.parameters.limits, scales)),
+        )
+        history = state.history._replace(last_doubtful=True)
+        return record, state._replace(scans=state.scans + 1, history=history)
 
     def step(
         self, state: MapState, scan: Scan, prior: FloatArray | None, scales: Scales

@@ -171,6 +171,8 @@ class StepRecord:
         Whether the step before was doubtful: if it was wrong, this one starts from a wrong pose.
     led : bool
         Whether the wheels lead: the last scans fitted too little to be believed beside them.
+    repeats : bool
+        Whether the scan repeats the one before to the last digit, though no wheels tell a stand.
     T_taken_refused : ndarray, shape (3, 3), or None
         Where a match ended that was refused, or to which one near the wheels was preferred, in the
         frame of the pose that was taken.
@@ -196,6 +198,7 @@ class StepRecord:
     against_prior: bool = False
     after_doubt: bool = False
     led: bool = False
+    repeats: bool = False
     T_taken_refused: FloatArray | None = field(default=None, repr=False)
     scales: Scales | None = None
     evidence: Evidence = field(default=UNKNOWN, repr=False)

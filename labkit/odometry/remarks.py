@@ -17,6 +17,7 @@ from labkit.odometry.constants import (
     MIN_RATIO,
     MIN_STEPS,
     REST,
+    STRAIGHT,
 )
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.wheels import is_at_rest, scale_of
@@ -30,6 +31,7 @@ class Step(NamedTuple):
     record: StepRecord
     told: FloatArray | None = None  # by the wheels, (3,), in the frame of the scanner
     largest: tuple[float, float] = (math.nan, math.nan)  # `largest_range` of its scan
+    curvature: float = math.nan  # of the walls in its scan, as `bent_walls.curvature`
 
 
 def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
@@ -42,8 +44,11 @@ def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
         steps = steps[1:]
         first_scan += 1
     records = [step.record for step in steps]
+    lag = lag_of(steps)
     return (
-        *wheel_remarks(records),
+        *repeat_remarks(records),
+        *wall_remarks([step.curvature for step in steps]),
+        *(lag_remarks(lag) if lag else wheel_remarks(records)),
         *unbelievable_remarks(steps),
         *blind_remarks(records, first_scan, common_range(largest)),
         *against_prior_remarks(records, first_scan),
@@ -52,9 +57,62 @@ def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
     )
 
 
+def repeat_remarks(records: Sequence[StepRecord]) -> Iterator[str]:
+    """Scans that repeat the one before."""
+    repeats = sum(record.repeats for record in records)
+    if repeats >= MIN_AGAINST_PRIOR:
+        yield (
+            f"{repeats} of {len(records)} scans repeat the one before to the last digit: does the "
+            f"scanner hang, or does the log hold scans twice? Only wheels can tell the motion there"
+        )
+
+
+def wall_remarks(curvatures: Sequence[float]) -> Iterator[str]:
+    """Walls that look bent."""
+    known = [each for each in curvatures if math.isfinite(each)]
+    if len(known) < MIN_STEPS or STRAIGHT[0] <= median_low(known) <= STRAIGHT[1]:
+        return
+    width = "wide" if median_low(known) < STRAIGHT[0] else "narrow"
+    yield (
+        f"straight walls look bent in {len(known)} scans, as if the angles of the beams were told "
+        f"too {width}: are they right, and in radians? Give those of the first and the last beam "
+        f"by `angles` of `read_log`, or `--angles`"
+    )
+
+
+def lag_of(steps: Sequence[Step]) -> int:
+    """By how many steps the wheels' turns come later than those of the matches; 0 if none fits.
+
+    A lag fits if it leaves less than half of the difference without it, and at most other lags.
+    """
+    turns = [step.record.increment[2] if step.record.decision.matched else 0.0 for step in steps]
+    told = [math.nan if step.told is None else step.told[2] for step in steps]
+    turning = [k for k, turn in enumerate(turns) if abs(turn) > MIN_MOTION[1]]
+    differences = {}
+    for lag in range(-MIN_STEPS, MIN_STEPS + 1):
+        pairs = [(turns[k], told[k + lag]) for k in turning if 0 <= k + lag < len(steps)]
+        known = [abs(turn - other) for turn, other in pairs if not math.isnan(other)]
+        if len(known) >= MIN_STEPS:
+            differences[lag] = median_low(known)
+    best = min(differences, key=differences.__getitem__, default=0)
+    if best == 0 or 0 not in differences:
+        return 0
+    usual = min(differences[0], median_low(differences.values()))
+    return best if differences[best] < 0.5 * usual else 0
+
+
+def lag_remarks(lag: int) -> Iterator[str]:
+    """Wheels that come too late, or too early."""
+    when = "late" if lag > 0 else "early"
+    yield (
+        f"scans and wheels agree best if the wheels come {abs(lag)} scans too {when}: are their "
+        f"clocks apart?"
+    )
+
+
 def blind_remarks(records: Sequence[StepRecord], first_scan: int, largest: float) -> Iterator[str]:
     """Most steps without a match, or many in a row; `largest` is the usual largest range [m]."""
-    unmatched = [not record.decision.matched for record in records]
+    unmatched = [not (record.decision.matched or record.repeats) for record in records]
     if sum(unmatched) > 0.5 * len(unmatched):
         reason = records[unmatched.index(True)].reason
         farthest = "" if math.isnan(largest) else f" (up to {largest:.4g} m)"
@@ -70,7 +128,10 @@ def blind_remarks(records: Sequence[StepRecord], first_scan: int, largest: float
             f"{longest.words} follow the wheels, since the scans fit the map too "
             f"little: does something move or hide the view?"
         )
-    blind = [not record.decision.matched and not record.led for record in records]
+    blind = [
+        is_unmatched and not record.led
+        for is_unmatched, record in zip(unmatched, records, strict=True)
+    ]
     if longest := longest_stretch(blind, MIN_STEPS, first_scan):
         yield (
             f"{longest.words} were not matched, the first because "
@@ -114,10 +175,13 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
     if np.isfinite(scales).sum() >= MIN_STEPS:
         ratio = float(np.nanmedian(scales))
         if not MIN_RATIO <= ratio <= 1.0 / MIN_RATIO:
-            yield (
-                f"the scans move {ratio:.3g} times as far as the wheels: does the scanner look "
-                f"backwards, or are the wheels in another unit than metres?"
-            )
+            question = "are the wheels in another unit than metres?"
+            if ratio < 0.0:
+                question = (
+                    "does the scanner look backwards? If so, tell its place on the robot by "
+                    "`laser_offset`, or `--laser-offset`: its third number is π"
+                )
+            yield (f"the scans move {ratio:.3g} times as far as the wheels: {question}")
             return
     told = np.hypot(wheels[:, 0], wheels[:, 1])
     measured = np.hypot(matches[:, 0], matches[:, 1])
@@ -134,7 +198,7 @@ def unbelievable_remarks(steps: Sequence[Step]) -> Iterator[str]:
     """Wheels that tell more than the robot can do, or that it stands while its scans move."""
     impossible = [
         (told, record.scales)
-        for record, told, _ in steps
+        for record, told, *_ in steps
         if told is not None and not is_at_rest(told)
         if record.prior is None and record.scales is not None
     ]
@@ -152,7 +216,7 @@ def unbelievable_remarks(steps: Sequence[Step]) -> Iterator[str]:
             f"can do it, raise {limit}"
         )
     standing = 0
-    for record, told, _ in steps:
+    for record, told, *_ in steps:
         x, y, turn = record.increment
         has_moved = math.hypot(x, y) > MIN_MOTION[0] or abs(turn) > MIN_MOTION[1]
         is_standing = told is not None and is_at_rest(told)

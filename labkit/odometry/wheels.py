@@ -2,7 +2,7 @@
 
 Wheels that are worn, or told in another unit, tell each way short or long by the same factor. The
 matches measure it. Wheels that stand while the scan moves tell nothing; nor does a scan that
-repeats the one before to the last digit, while the wheels move.
+repeats the one before to the last digit, unless the wheels stand.
 """
 
 from __future__ import annotations
@@ -39,11 +39,12 @@ def scale_of(told: FloatArray, measured: FloatArray) -> float:
 
 
 def is_frozen(scan: Scan, last_scan: Target | None, told: FloatArray | None) -> bool:
-    """True if a scan repeats the last one to the last digit, and the wheels tell a motion."""
-    if told is None or last_scan is None or is_at_rest(told):
+    """True if a scan repeats the last one to the last digit, and no wheels tell a stand."""
+    if last_scan is None or (told is not None and is_at_rest(told)):
         return False
-    if scan.ranges is not None and last_scan.scan.ranges is not None:
-        return np.array_equal(scan.ranges, last_scan.scan.ranges, equal_nan=True)
+    last = last_scan.scan
+    if scan.beams is not None and scan.ranges is not None and last.ranges is not None:
+        return np.array_equal(scan.ranges, last.ranges, equal_nan=True)
     return np.array_equal(scan.points, last_scan.points)
 
 

@@ -15,7 +15,7 @@ from labkit.odometry import (
     increments_between,
     integrate,
 )
-from labkit.odometry.remarks import Step, remarks_on
+from labkit.odometry.remarks import Step, lag_of, remarks_on
 from labkit.simulation import Lidar, corridor, room, scan_along
 
 EMPTY = Scan.from_ranges([math.inf], [0.0])
@@ -90,6 +90,62 @@ def test_scans_that_stay_while_the_wheels_drive_are_named():
     assert any("do many beams see the robot itself?" in remark for remark in remarks)
 
 
+def test_a_scanner_that_looks_backwards_is_named_with_the_option_that_tells_so():
+    (remark,) = remarks_of(SCANS, WHEELS * [-1.0, -1.0, 1.0])
+
+    assert remark.startswith("the scans move -1 times as far as the wheels")
+    assert "`laser_offset`, or `--laser-offset`" in remark
+
+
+@pytest.mark.parametrize(
+    "scans", [np.repeat(np.arange(15), 2), [*range(9), 8, 8, 8, *range(12, 31)]]
+)
+def test_scans_that_come_twice_or_hang_are_told_and_their_steps_are_doubtful(scans):
+    with pytest.warns(UserWarning, match=r"\d+ of \d+ scans repeat the one before"):
+        run = estimate_odometry([SCANS[k] for k in scans])
+
+    repeats = [record for record in run.records if record.repeats]
+    assert len(repeats) == np.sum(np.diff(scans) == 0)
+    assert all(record.is_doubtful and not record.increment.any() for record in repeats)
+
+
+@pytest.mark.parametrize("widening", [0.6, 1.4])
+def test_wrong_angles_are_told_without_wheels_by_walls_that_look_bent(widening):
+    wide = [Scan.from_ranges(scan.ranges[40:-40], scan.angles[40:-40] * widening) for scan in SCANS]
+
+    remarks = remarks_of(wide, None)
+
+    width = "wide" if widening > 1.0 else "narrow"
+    assert f"as if the angles of the beams were told too {width}" in remarks[0]
+
+
+@pytest.mark.parametrize("lag", [-4, 1, 10])
+def test_wheels_that_come_late_or_early_are_told_by_how_many_scans(lag):
+    turns = np.random.default_rng(4).normal(0.0, math.radians(8.0), 80)
+    told = np.roll(turns, lag) * 1.1
+    steps = [
+        Step(StepRecord(increment=np.array([0.1, 0.0, turn]), decision=Decision.ICP), late)
+        for turn, late in zip(turns, np.outer(told, [0.0, 0.0, 1.0]), strict=True)
+    ]
+
+    (remark,) = remarks_on(steps)
+
+    assert f"the wheels come {abs(lag)} scans too {'late' if lag > 0 else 'early'}" in remark
+
+
+@pytest.mark.parametrize("factor", [1.0, -1.0, 57.3])
+def test_wheels_that_jump_or_turn_in_degrees_have_no_lag(factor):
+    rng = np.random.default_rng(4)
+    turns = rng.normal(0.0, math.radians(8.0), 80)
+    told = factor * turns + np.where(np.arange(80) < 9, 1.0, 0.0)
+    steps = [
+        Step(StepRecord(increment=np.array([0.1, 0.0, turn]), decision=Decision.ICP), late)
+        for turn, late in zip(turns, np.outer(told, [0.0, 0.0, 1.0]), strict=True)
+    ]
+
+    assert lag_of(steps) == 0
+
+
 def test_many_stretches_of_one_kind_get_one_remark():
     """Of three stretches that were not matched, the longest is named."""
     matched = [Decision.ICP] * 12
@@ -132,7 +188,7 @@ def test_sweeps_without_a_return_are_told_once_though_they_are_deskewed():
 
 @pytest.mark.parametrize("ranges", [[], SCANS[0].ranges])
 def test_ranges_of_unknown_beams_are_no_largest_range(ranges):
-    scans = [Scan(points=SCANS[0].points, ranges=ranges)] * 12
+    scans = [Scan(points=SCANS[0].points + 1e-6 * k, ranges=ranges) for k in range(12)]
 
     assert remarks_of(scans, None) == ()
 
