@@ -12,7 +12,7 @@ import numpy as np
 from labkit.logs.columns import GEOMETRY, METRES, RADIANS
 from labkit.logs.lines import DamagedLine, DamageReport
 from labkit.logs.options import LogOptions
-from labkit.logs.stored import StoredScan
+from labkit.logs.stored import StoredScan, pack
 from labkit.scan import MOST_TURN, Scan, is_return
 from labkit.support.arrays import FloatArray, read_only
 
@@ -144,12 +144,8 @@ class Scanner:
             range_min=low,
             range_max=high,
         )
-        stored = np.asarray(scan.ranges)
-        if getattr(ranges, "dtype", None) == np.float32:  # of a bag: half the memory
-            single = stored.astype(np.float32)
-            stored = read_only(single) if np.array_equal(single, stored, equal_nan=True) else stored
         return StoredScan(
-            ranges=stored,
+            packed=pack(np.asarray(scan.ranges)),
             angles=np.asarray(scan.angles),
             stamp=scan.stamp,
             time_increment=scan.time_increment,

@@ -13,11 +13,13 @@ from typing import Any, overload
 from weakref import WeakValueDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from labkit.scan import Scan, is_return
-from labkit.support.arrays import BoolArray, FloatArray
+from labkit.support.arrays import BoolArray, FloatArray, read_only
 
 Band = tuple[float, float]
+MILLIMETRES = 1000.0  # in a metre
 LAST_SCANS = 8  # scans that live on although nobody holds them
 
 
@@ -27,8 +29,10 @@ class StoredScan:
 
     Attributes
     ----------
-    ranges, angles : ndarray, shape (B,)
-        All beams, read-only, as `Scan` keeps them; scans of one scanner share their angles.
+    packed : ndarray, shape (B,)
+        Ranges of all beams as `pack` makes them.
+    angles : ndarray, shape (B,)
+        Directions of all beams, read-only, which scans of one scanner share.
     stamp, time_increment : float
         Time of the first beam, and from one beam to the next [s].
     band : tuple of two floats
@@ -37,22 +41,31 @@ class StoredScan:
         except those within one of these.
     """
 
-    ranges: FloatArray
+    packed: NDArray[Any]
     angles: FloatArray
     stamp: float
     time_increment: float
     band: Band
     codes: tuple[Band, ...] = ()
 
+    @property
+    def ranges(self) -> FloatArray:
+        """Ranges of all beams [m], as `Scan` keeps them."""
+        if self.packed.dtype == np.uint16:
+            return read_only(self.packed / MILLIMETRES)
+        return read_only(self.packed.astype(np.float64))
+
     def measured_ranges(self) -> FloatArray:
         """Ranges that make a point, codes included."""
-        return self.ranges[is_return(self.ranges, *self.band)]
+        ranges = self.ranges
+        return ranges[is_return(ranges, *self.band)]
 
     def make(self) -> Scan:
         """The scan with its points."""
         low, high = self.band
+        ranges = self.ranges
         scan = Scan.from_ranges(
-            self.ranges,
+            ranges,
             self.angles,
             stamp=self.stamp,
             time_increment=self.time_increment,
@@ -61,8 +74,22 @@ class StoredScan:
         )
         if not self.codes:
             return scan
-        is_code = within(self.ranges[scan.beams], self.codes)
+        is_code = within(ranges[scan.beams], self.codes)
         return scan.select(~is_code) if is_code.any() else scan
+
+
+def pack(ranges: FloatArray) -> NDArray[Any]:
+    """Ranges [m] in the fewest bytes that tell them exactly.
+
+    A text has whole millimetres mostly, and a bag numbers of single precision.
+    """
+    thousandths = np.rint(MILLIMETRES * ranges)
+    with np.errstate(invalid="ignore"):
+        counts = thousandths.astype(np.uint16)
+    if np.array_equal(counts / MILLIMETRES, ranges):
+        return counts
+    single = ranges.astype(np.float32)
+    return single if np.array_equal(single, ranges, equal_nan=True) else ranges
 
 
 class MadeScans:

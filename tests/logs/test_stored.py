@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from labkit.logs import read_log
-from labkit.logs.stored import LAST_SCANS
+from labkit.logs.stored import LAST_SCANS, StoredScan, pack
 
 COUNT, BEAMS = 3 * LAST_SCANS, 360
 
@@ -21,6 +21,31 @@ def log(save):
     titles = ",".join(f"r{b}" for b in range(BEAMS))
     rows = "\n".join(",".join(map(str, row)) for row in ranges.round(3).tolist())
     return read_log(save(f"{titles}\n{rows}\n", "run.csv"), angles=(-1.0, 1.0))
+
+
+MILLIMETRES = np.arange(65_536) / 1000.0
+
+
+@pytest.mark.parametrize(
+    ("ranges", "size"),
+    [
+        (np.array([float(f"{r:.3f}") for r in MILLIMETRES]), 2),  # as a text tells them
+        (np.float64(np.float32(MILLIMETRES + 0.0003)), 4),  # as a bag does
+        (np.array([0.5, np.nan, np.inf, -np.inf]), 4),
+        (np.array([1.2345, np.nan]), 8),
+        (np.array([65.536]), 8),
+        (np.array([-0.001]), 8),
+    ],
+)
+def test_ranges_are_packed_and_come_back_to_the_last_bit(ranges, size):
+    packed = pack(ranges)
+    stored = StoredScan(
+        packed=packed, angles=np.zeros_like(ranges), stamp=0.0, time_increment=0.0, band=(0.0, 9.0)
+    )
+
+    np.testing.assert_array_equal(stored.ranges, ranges)
+    assert packed.itemsize == size
+    assert not stored.ranges.flags.writeable
 
 
 def test_a_scan_that_somebody_holds_is_the_same_object(log):
@@ -61,7 +86,8 @@ def test_a_log_that_was_gone_through_takes_no_more_memory(log):
 
     grown, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert grown < 1.5 * LAST_SCANS * log.scans[0].points.nbytes
+    scan = log.scans[0]
+    assert grown < 1.5 * LAST_SCANS * (scan.points.nbytes + scan.ranges.nbytes)
 
 
 def test_a_log_is_pickled_without_the_scans_that_were_made(log):
