@@ -44,7 +44,7 @@ class Target:
     def __reduce__(self) -> tuple[Any, ...]:
         """Prepare the target anew where it is unpickled: its arrays are read-only there, too."""
         if self._is_part:
-            return _part_of_target, (self.scan, self._given, self._width, self.points)
+            return _part_of_target, (self.scan, self._given, self._width)
         return Target, (self.scan, self._given)
 
     def __repr__(self) -> str:
@@ -94,22 +94,20 @@ class Target:
 
     def select(self, is_kept: BoolArray) -> Target:
         """The target with some of its points, a mask (M,), which stay on their lines."""
-        scan = Scan.from_points(self.scan.points[is_kept])
-        return _part_of_target(scan, self.normals[is_kept], self._width, self.points[is_kept])
+        scan = Scan.from_points(self.points[is_kept])
+        return _part_of_target(scan, self.normals[is_kept], self._width)
 
     def normals_for(self, parameters: IcpParameters) -> FloatArray:
         """The normals that the loop needs: those of all points, or none under point-to-point."""
         return self.normals if parameters.metric == "point_to_line" else NO_NORMALS
 
 
-def _part_of_target(
-    scan: Scan, normals: FloatArray, width: tuple[float, bool], points: FloatArray
-) -> Target:
-    """A target with the lines and the points on them that a larger one had."""
+def _part_of_target(scan: Scan, normals: FloatArray, width: tuple[float, bool]) -> Target:
+    """A target of points on lines, with the normals and the width that a larger one had."""
     part = Target(scan, normals)
     part._is_part = True
     part._width = width
-    part._lines = part.normals, read_only(points)
+    part._lines = part.normals, scan.points
     return part
 
 

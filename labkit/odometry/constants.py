@@ -91,5 +91,7 @@ WALL_VIEW = math.radians(30.0)  # of a stretch of beams that may show a wall
 MAX_ROUGHNESS = 0.05  # of the ranges of a wall: how far they lie off a smooth curve
 MIN_CURVATURE = 0.25  # −u''/u of a wall; less is a ring around the scanner: own casing
 STRAIGHT = (0.75, 1.6)  # −u''/u of walls that look straight; 0.98 to 1.02 on right logs
-KEPT_STEPS = 4000  # of which a run keeps what its remarks need, and the matches themselves
+KEPT_STEPS = 4000  # of which a run keeps what its remarks need
+KEPT_MATCHES = 500  # of a run keep their points, 35 kB each with 720 beams; those before them keep
+# their covariance, which takes 1 to 3 ms
 RETRY_SHARE = 0.5  # of the gate and of each ICP step, in the lesson's second attempt
