@@ -15,16 +15,16 @@ import numpy as np
 
 from labkit.line_alignment import Information
 from labkit.odometry.constants import (
+    MARGIN,
     MAX_STARTS,
-    MOTION_COST,
     RETURN_HANDICAP,
     SEARCH_FACTOR,
     SURE_SCORE_ALONE,
     SURE_SCORE_AT_REST,
     SURE_SCORE_SLOPE,
+    UNUSUAL,
     USUAL_CHANGE,
     WHEEL_COST,
-    WINDOW,
 )
 from labkit.odometry.record import Scales
 from labkit.odometry.scales import growth_of
@@ -114,15 +114,15 @@ def expect(
             handicap=np.zeros(len(poses)),
             shift=USUAL_CHANGE[0],
             turn=USUAL_CHANGE[1],
-            cost_scale=MOTION_COST,
+            cost_scale=MARGIN,
             sure_score=SURE_SCORE_ALONE if has_measured else math.inf,
             T_search=T_map_last,
             search_shift=SEARCH_FACTOR * float(np.hypot(motions[:, 0], motions[:, 1]).max()),
             search_turn=SEARCH_FACTOR * float(np.abs(motions[:, 2]).max()),
         )
     growth = growth_of(prior)
-    shift = WINDOW * growth * scales.wheel_shift
-    turn = WINDOW * growth * scales.wheel_turn
+    shift = UNUSUAL * growth * scales.wheel_shift
+    turn = UNUSUAL * growth * scales.wheel_turn
     starts = [np.eye(3)]
     if T_last_refused is not None:
         starts.append(T_last_refused)
@@ -137,7 +137,7 @@ def expect(
         cost_scale=WHEEL_COST,
         sure_score=min(SURE_SCORE_ALONE, SURE_SCORE_AT_REST + SURE_SCORE_SLOPE * shift),
         T_search=poses[0],
-        search_shift=WINDOW * shift,
+        search_shift=UNUSUAL * shift,
         search_turn=max(turn, SEARCH_FACTOR * abs(float(prior[2]))),
     )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from labkit.odometry.constants import REACH, USUAL_LIMITS
+from labkit.odometry.constants import UNUSUAL, USUAL_LIMITS
 from labkit.odometry.record import rmse_of
 from labkit.result import IcpResult
 from labkit.se2 import wrap
@@ -69,9 +69,9 @@ class SanityLimits:
         """The same where the longest of the last steps are known, [m] and [rad]."""
         shift, turn = self.max_translation, self.max_rotation
         if shift is None:
-            shift = max(USUAL_LIMITS[0], REACH * longest_shift)
+            shift = max(USUAL_LIMITS[0], UNUSUAL * longest_shift)
         if turn is None:
-            turn = max(USUAL_LIMITS[1], REACH * longest_turn)
+            turn = max(USUAL_LIMITS[1], UNUSUAL * longest_turn)
         return shift, turn
 
     @property
