@@ -56,7 +56,10 @@ ONE_CONDITION = {  # mistakes that leave all other conditions of their question 
     "overlap": "no_minimum",
     "distance_gate": "strict",
     "huber_weights": "whole_numbers",
-    "icp_step": "strict_gate",
+    "icp_step": "no_weights weights_of_squares gate_on_squares wide_gate no_gate strict_gate "
+    "no_trimming",
+    "icp": "no_weights weights_of_squares gate_on_squares wide_gate no_gate no_trimming "
+    "gate_or_trimming no_rotation_test no_translation_test x_alone",
     "inlier_rmse": "zero_for_none",
 }
 
