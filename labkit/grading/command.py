@@ -18,7 +18,7 @@ from labkit.grading.classroom.marks import find_student, read_adjustments, read_
 from labkit.grading.classroom.pages import templates
 from labkit.grading.classroom.platforms import GRADEBOOKS
 from labkit.grading.classroom.results import SHOWN, Results, some, written_files
-from labkit.grading.classroom.rounds import JOBS, Rounds
+from labkit.grading.classroom.rounds import JOBS, grade_class
 from labkit.grading.classroom.store import VERDICTS, read_records
 from labkit.grading.questions import (
     Assignment,
@@ -29,7 +29,6 @@ from labkit.grading.questions import (
 from labkit.support.arrays import check_count, check_range
 from labkit.support.errors import LabkitError
 
-LAST = "it takes long, or the machine was busy: it is graded last"
 PUBLIC = """\
 these hidden cases ship with labkit, so anyone can compute them. Create your own with
 `python -m labkit.course.authoring --secret FILE`, and grade with --secret FILE"""
@@ -157,6 +156,17 @@ def grade(args: argparse.Namespace) -> int:
     else:
         wall = open_wall(closed, args.seconds, isolation=not args.no_isolation)
 
+    failures = grade_class(
+        submissions,
+        records,
+        out=args.out,
+        assignment=str(args.assignment),
+        wall=wall,
+        jobs=args.jobs,
+        cluster=args.cluster,
+    )
+    for student, reason in failures.items():
+        _say(f"{student} was not graded: {reason}")
     results = Results(
         out=out,
         assignment=assignment,
@@ -167,25 +177,6 @@ def grade(args: argparse.Namespace) -> int:
         overwrite=args.overwrite,
         is_class=not is_source(args.submissions),
     )
-    rounds = Rounds(
-        out=args.out,
-        assignment=str(args.assignment),
-        wall=wall,
-        records=records,
-        jobs=args.jobs,
-        cluster=args.cluster,
-    )
-    failures, postponed = rounds.grade(submissions)
-    if postponed:
-        results.write(records, failures | {submission.student: LAST for submission in postponed})
-        names_of_postponed = some(submission.student for submission in postponed)
-        _say(
-            f"{len(postponed)} of {len(submissions)} take long, or the machine was busy: "
-            f"{names_of_postponed}. They follow; the results of all others are in {out} already"
-        )
-        failures |= rounds.grade(postponed, is_last=True)[0]
-    for student, reason in failures.items():
-        _say(f"{student} was not graded: {reason}")
     for remark in results.write(records, failures):
         _say(remark)
     students = [submission.student for submission in submissions]

@@ -30,34 +30,18 @@ from labkit.grading.questions import Assignment, Question
 from labkit.grading.sitting import Sitting
 
 
-class TakesLong(Exception):
-    """A submission needs more processor time than its first share."""
-
-
 def grade_submission(
-    files: Mapping[str, bytes],
-    wall: Wall,
-    assignment: Assignment,
-    student: str,
-    *,
-    in_full: bool = True,
+    files: Mapping[str, bytes], wall: Wall, assignment: Assignment, student: str
 ) -> tuple[SubmissionVerdict, Program]:
-    """Grade files behind a wall: the verdict, the same each time but for `seconds`, and the code.
-
-    Raises `TakesLong` where it is not to be graded `in_full`, and needs more than a first share.
-    """
+    """Grade files behind a wall: the code, and the verdict, whose `seconds` alone may differ."""
     start = time.perf_counter()
-    sitting = Sitting(
-        [question.function for question in assignment.questions], wall, in_full=in_full
-    )
+    sitting = Sitting([question.function for question in assignment.questions], wall)
     try:
         if files:
             sitting.read(files)
         verdicts = tuple(_verdicts(sitting, assignment))
     finally:
         sitting.close()
-    if sitting.time.is_over and not in_full:
-        raise TakesLong
     program = sitting.program
     verdict = SubmissionVerdict(
         student=student,

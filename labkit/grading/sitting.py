@@ -26,10 +26,10 @@ class Sitting:
     it, and no longer.
     """
 
-    def __init__(self, functions: Sequence[str], wall: Wall, *, in_full: bool = True) -> None:
+    def __init__(self, functions: Sequence[str], wall: Wall) -> None:
         self.functions = functions
         self.wall = wall
-        self.time = Time(wall.seconds, in_full=in_full)
+        self.time = Time(wall.seconds)
         self.box: Box | None = None
         self.program = Program([], {}, [], [])
         self.notes = list[str]()

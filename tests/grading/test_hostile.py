@@ -9,12 +9,11 @@ from labkit.grading import sitting
 from labkit.grading.box.inside.reading import read_program
 from labkit.grading.box.outside import Wall
 from labkit.grading.box.watch import BoxError
-from labkit.grading.classroom import rounds
 from tests.grading.failing import ASSIGNMENT, NAMES
 from tests.grading.liar import Liar
 from tests.grading.notebooks import cell, notebook
-from tests.grading.small import HANGS, hand_in, scores
 from tests.grading.small import RIGHT as RIGHT_NUMBERS
+from tests.grading.small import hand_in, scores
 
 
 class Ending(Liar):
@@ -85,29 +84,6 @@ HOSTILE = {  # each once held up its neighbours
     "threads.py": THREADS + RIGHT_NUMBERS,
     "cells.zip": zipped("a.ipynb", json.dumps({"cells": [{"cell_type": "code"}] * 900_000})),
 }
-
-
-def test_who_takes_long_is_graded_when_all_others_have_their_results(grade, tmp_path, monkeypatch):
-    """Law 6; on a slow machine honest ones may take long, too."""
-    expected = hand_in(tmp_path / "class", 3)
-    source = HANGS.replace("return -x", "while True:\n        pass")
-    (tmp_path / "class/hangs.py").write_text(source, encoding="utf-8")
-    found_before = {}
-
-    def note(submission, *arguments, in_full, real=rounds.make_record):
-        if in_full:
-            found_before[submission.student] = scores()
-        return real(submission, *arguments, in_full=in_full)
-
-    monkeypatch.setattr("labkit.grading.classroom.rounds.make_record", note)
-
-    assert grade("class") == 0
-
-    others = {
-        student: points for student, points in expected.items() if student not in found_before
-    }
-    assert found_before["hangs"] == others
-    assert scores() == {**expected, "hangs": 0.0}
 
 
 def test_beside_hostile_hand_ins_honest_ones_keep_their_marks(grade, tmp_path):

@@ -1,23 +1,22 @@
-"""A class is graded in two rounds, side by side, and each record is stored as it comes.
+"""A class is graded side by side, and each record is stored as it comes.
 
-The first round gives each a share of its processor time. Whoever needs more, and whom the machine
-kept from its work, comes again in the second one, when the results of all others are written.
+Whom the machine kept from work comes again in a second round, with one box a processor.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from labkit.grading.box.inside.reading import replace_surrogates
 from labkit.grading.box.outside import Wall, open_wall
 from labkit.grading.box.watch import MachineError
 from labkit.grading.classroom.handins import Submission, read_files
 from labkit.grading.classroom.store import Record, fingerprint, write_record
-from labkit.grading.grade import TakesLong, grade_submission
+from labkit.grading.grade import grade_submission
 from labkit.grading.questions import read_assignment
 from labkit.support.errors import LabkitError
 from labkit.support.extras import need
@@ -29,58 +28,54 @@ PATIENCE = 10.0  # [s] for a cluster to answer
 NO_FILES = "nothing was handed in but an empty folder, or one of hidden files"
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Rounds:
-    """The grading of a class by an assignment, whose records it completes."""
+def grade_class(
+    submissions: Iterable[Submission],
+    records: dict[str, Record],
+    *,
+    out: str,
+    assignment: str,
+    wall: Wall,
+    jobs: int = JOBS,
+    cluster: str | None = None,
+) -> dict[str, str]:
+    """Grade by the assignment in a folder, and complete the `records`; why some have none.
 
-    out: str  # the folder of results
-    assignment: str  # its folder
-    wall: Wall
-    records: dict[str, Record]  # by student
-    jobs: int = JOBS
-    cluster: str | None = None  # the address of Dask's scheduler
-
-    def grade(
-        self, submissions: Sequence[Submission], *, is_last: bool = False
-    ) -> tuple[dict[str, str], list[Submission]]:
-        """Grade a round: why some have no record, and who comes again in the next one.
-
-        Whatever goes wrong is one submission's own: the others are graded.
-        """
-        failures: dict[str, str] = {}
-        postponed: list[Submission] = []
-        jobs = min(self.jobs, PROCESSORS) if is_last else self.jobs
-        with open_executor(jobs, self.cluster) as executor:
-            futures = {}
-            for submission in submissions:
-                record = self.records.get(submission.student)
-                arguments = (submission, self.assignment, self.wall, record)
-                future = executor.submit(make_record, *arguments, in_full=is_last)
-                futures[future] = submission
+    Whatever goes wrong is one submission's own: the others are graded. A `cluster` is named by the
+    address of Dask's scheduler.
+    """
+    failures: dict[str, str] = {}
+    waiting = [*submissions]
+    for places in (jobs, min(jobs, PROCESSORS)):
+        with open_executor(places, cluster) as executor:
+            futures = {
+                executor.submit(
+                    make_record, submission, assignment, wall, records.get(submission.student)
+                ): submission
+                for submission in waiting
+            }
+            waiting = []
             for future in show_progress(as_completed(futures), "grading", total=len(futures)):
                 student = futures[future].student
+                failures.pop(student, None)
                 error = future.exception()
-                if isinstance(error, TakesLong | MachineError) and not is_last:
-                    postponed.append(futures[future])
-                elif error:
+                if isinstance(error, MachineError):
+                    waiting.append(futures[future])
+                if error:
                     failures[student] = f"{type(error).__name__}: {error}"
-                elif future.result() != self.records.get(student):
-                    self.records[student] = future.result()
-                    write_record(self.out, self.records[student])
-        return failures, postponed
+                elif future.result() != records.get(student):
+                    records[student] = future.result()
+                    write_record(out, records[student])
+        if not waiting:
+            break
+    return failures
 
 
 def make_record(
-    submission: Submission,
-    folder: str,
-    wall: Wall,
-    record: Record | None = None,
-    *,
-    in_full: bool = True,
+    submission: Submission, folder: str, wall: Wall, record: Record | None = None
 ) -> Record:
     """Read a submission, and grade it by the assignment in a folder.
 
-    A `record` of it that still holds is kept. Raises `TakesLong` as `grade_submission` does.
+    A `record` of it that still holds is kept.
     """
     wall = wall if wall.mode else open_wall(wall.hidden, wall.seconds)  # each machine its own
     assignment = read_assignment(folder)
@@ -93,9 +88,7 @@ def make_record(
         late = record.late if record else 0.0
     if record and record.fingerprint == current:
         return replace(record, late=late)
-    verdict, program = grade_submission(
-        files, wall, assignment, submission.student, in_full=in_full
-    )
+    verdict, program = grade_submission(files, wall, assignment, submission.student)
     verdict = replace(verdict, submission=submission.name, unread=unread + verdict.unread)
     return Record(
         verdict=verdict,

@@ -32,14 +32,12 @@ MORE = 0.5  # [s] added for the cells and for each call, as the grader waits for
 class Time:
     """Processor time of one submission [s]: what is left of it, and what each step may take.
 
-    All of it follows from the time for a call. One that is not graded `in_full` gets a first share
-    alone: whoever needs more is graded when all others are.
+    All of it follows from the time for a call.
     """
 
-    def __init__(self, call: float = SECONDS, *, in_full: bool = True) -> None:
+    def __init__(self, call: float = SECONDS) -> None:
         self.call = call  # of a function, and of a cell
-        self.in_full = in_full
-        self.left = (60.0 if in_full else 2.0) * call
+        self.left = 60.0 * call
         self.experiments = 2.0 * call  # left for all statements that define nothing
         self.importing = 3.0 * call  # for an import: some packages are large
         self.cells = 10.0 * call + MORE  # for all together, as the grader waits for them
