@@ -18,8 +18,9 @@ MAGICS = {  # of IPython, in turn: those that run code leave it, others nothing
     rf"^([^#'\"\n]*=)[ \t]*{ESCAPED}.*": r"\1 None",
     rf"^([ \t]*)(?:{ESCAPED}.*|\?.*|[\w.]+\?+[ \t]*$)": r"\1pass",
 }
-PIECE = re.compile(r"^(?=@|(?:async +)?def\b|class\b)", re.MULTILINE)
-DEFINED = re.compile(r"(?:async +)?def +(\w+)")
+# A line that is not indented begins a statement, but for these.
+PIECE = re.compile(r"^(?=[^\s)\]}#])(?!(?:elif|else|except|finally)\b)", re.MULTILINE)
+DEFINED = re.compile(r"^(?:async +)?def +(\w+)", re.MULTILINE)
 VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 IMPORTS = (ast.Import, ast.ImportFrom)
@@ -45,29 +46,17 @@ def statements(source: str, label: str) -> tuple[list[ast.stmt], dict[str, str]]
                 if piece.startswith("@"):  # a decorator belongs to what follows
                     continue
                 count = part.count("\n")
-                while part:
-                    try:
-                        body = ast.parse(part, label).body
-                        nodes += [ast.increment_lineno(node, line) for node in body]
-                        part = ""
-                    except SyntaxError as error:
-                        bad_line = min(error.lineno or 1, count + 1)
-                        lines = part.splitlines(keepends=True)
-                        place = beginning(lines, min(bad_line, len(lines)) - 1)
-                        named = DEFINED.match(lines[place])
-                        position = f"line {line + bad_line} of {label}"
-                        fault = f"{position} is no Python {VERSION} ({error.msg})"
-                        faults.setdefault(named[1] if named else "", fault)
-                        part = "".join(lines[:place])
+                try:
+                    body = ast.parse(part, label).body
+                    nodes += [ast.increment_lineno(node, line) for node in body]
+                except SyntaxError as error:
+                    named = DEFINED.search(part)
+                    bad_line = line + min(error.lineno or 1, count + 1)
+                    fault = f"line {bad_line} of {label} is no Python {VERSION} ({error.msg})"
+                    faults.setdefault(named[1] if named else "", fault)
                 line += count
+                part = ""
     return nodes, faults
-
-
-def beginning(lines: list[str], place: int) -> int:
-    """The line in which the statement at a line begins: one that is not indented."""
-    while place > 0 and (not lines[place].strip() or lines[place][0] in " \t)]}"):
-        place -= 1
-    return place
 
 
 def is_definition(node: ast.stmt) -> bool:
