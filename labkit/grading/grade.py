@@ -3,7 +3,7 @@
 Each question is asked with what its own cells left behind and, where that differs, with what the
 whole notebook left behind; the best verdict counts. One that is wrong and calls earlier ones is
 then asked its hidden cases once more with right functions in their place (follow-through): of those
-that are wrong, and then of all, since one that passes may write into its arguments.
+that are wrong or write into their arguments, and then of all.
 
 All visible cases are asked before any hidden one: what a student reads of a visible case was
 written before a hidden input came into the box.
@@ -21,6 +21,7 @@ from labkit.grading.box.inside.reading import Program
 from labkit.grading.box.outside import Wall
 from labkit.grading.judge.compare import assess
 from labkit.grading.judge.verdict import (
+    Outcome,
     QuestionVerdict,
     Status,
     SubmissionVerdict,
@@ -73,20 +74,8 @@ def _verdicts(sitting: Sitting, assignment: Assignment) -> Iterator[QuestionVerd
     ]
     failed = set[str]()
     for place, question in enumerate(assignment.questions):
-        cases = assignment.cases(question.id)
-        hidden = [case for case in cases if case.hidden]
-        tried = list[QuestionVerdict]()
-        for state, outcomes in enumerate(visible_outcomes[place]):
-            if all(outcome.status is Status.NOT_WRITTEN for outcome in outcomes):
-                answers = [replace(outcomes[0], tried=False)] * len(hidden)
-            else:
-                passed = assess(question, assignment.visible[question.id], outcomes).passed
-                answers = sitting.ask(question, hidden, state, trusted=passed)
-            tried.append(assess(question, cases, [*outcomes, *answers]))
-            if tried[-1].passed:
-                break
-        own_verdict = max(tried, key=lambda verdict: verdict.score)
-        verdict = own_verdict
+        own_verdicts = _in_each_state(sitting, question, assignment, visible_outcomes[place])
+        verdict = own_verdict = best_of(own_verdicts)
         ended = any(case.status in (Status.TOO_LONG, Status.KILLED) for case in own_verdict.cases)
         callees = [
             callee
@@ -96,8 +85,8 @@ def _verdicts(sitting: Sitting, assignment: Assignment) -> Iterator[QuestionVerd
             and not any(map(callee.answers, assignment.questions[place:]))
             and (callee.id in failed or not ended)  # else its time would be lost once more
         ]
-        if hidden and callees and not own_verdict.passed:
-            lent_verdict = _follow_through(sitting, question, assignment, callees, failed)
+        if callees and not own_verdict.passed:
+            lent_verdict = best_of(_follow_through(sitting, question, assignment, callees, failed))
             if lent_verdict.score > own_verdict.score:
                 message = (
                     f"{lent_verdict.message} With yours it would get {own_verdict.score:g} of "
@@ -109,48 +98,59 @@ def _verdicts(sitting: Sitting, assignment: Assignment) -> Iterator[QuestionVerd
         yield verdict
 
 
+def _in_each_state(
+    sitting: Sitting,
+    question: Question,
+    assignment: Assignment,
+    visible_outcomes: Sequence[Sequence[Outcome]],
+) -> Iterator[QuestionVerdict]:
+    """The verdicts with the student's own functions: in the state of its cells, and at the end."""
+    cases = assignment.cases(question.id)
+    hidden = [case for case in cases if case.hidden]
+    for state, outcomes in enumerate(visible_outcomes):
+        if all(outcome.status is Status.NOT_WRITTEN for outcome in outcomes):
+            answers = [replace(outcomes[0], tried=False)] * len(hidden)
+        else:
+            passed = assess(question, assignment.visible[question.id], outcomes).passed
+            answers = sitting.ask(question, hidden, state, trusted=passed)
+        yield assess(question, cases, [*outcomes, *answers])
+
+
 def _follow_through(
     sitting: Sitting,
     question: Question,
     assignment: Assignment,
     callees: Sequence[Question],
     failed: Collection[str],
-) -> QuestionVerdict:
-    """The best verdict with right functions in place of those that `failed`, or of more callees.
+) -> Iterator[QuestionVerdict]:
+    """The verdicts with right functions in place of those that harm, and then of all callees.
 
-    Where more are needed, it is one of those that pass their own cases, if one will do. They answer
-    in the form that the question asks for, and then in that of the student's own answers: a caller
-    may be written for either.
+    Those that `failed` harm their callers, and those that write into their arguments. The right
+    ones answer in the form that the question asks for, and then in that of the student's own
+    answers: a caller may be written for either.
     """
-
-    def lend(lent: Sequence[Question]) -> QuestionVerdict:
-        hidden = [case for case in assignment.cases(question.id) if case.hidden]
+    hidden = [case for case in assignment.cases(question.id) if case.hidden]
+    states = range(sitting.states.get(question.function, 1))
+    harmful = [
+        callee for callee in callees if callee.id in failed or callee.function in sitting.writing
+    ]
+    for lent in ([harmful] if 0 < len(harmful) < len(callees) else []) + [callees]:
         sources = {callee.function: assignment.source_to_lend(callee.id) for callee in lent}
-        readable = sitting.readable & sources.keys()
-        forms: list[Collection[str]] = [(), readable] if readable else [()]
-        states = range(sitting.states.get(question.function, 1))
-        verdicts = list[QuestionVerdict]()
-        for in_form, state in product(forms, states):
-            answers = sitting.ask(question, hidden, state, lent=sources, in_form=in_form)
-            verdicts.append(assess(question, hidden, answers))
-            if verdicts[-1].passed:
-                break
-        best = max(verdicts, key=lambda verdict: verdict.score)
         names = ", ".join(f"`{name}`" for name in sources)
-        message = f"{best.message} This was graded with the right {names} in place of yours."
-        suspects = [f"`{callee.function}`" for callee in lent if callee.id not in failed]
-        if suspects:
-            passing = " and ".join(suspects)
-            message += f" The cases of {passing} pass: does code in there write into an argument?"
-        return replace(best, replaced=tuple(sources), message=message)
+        words = f" This was graded with the right {names} in place of yours."
+        passing = " and ".join(f"`{callee.function}`" for callee in lent if callee.id not in failed)
+        if passing:
+            words += f" The cases of {passing} pass: does code in there write into an argument?"
+        readable = sitting.readable & sources.keys()
+        for form, state in product([(), readable] if readable else [()], states):
+            answers = sitting.ask(question, hidden, state, lent=sources, in_form=form)
+            verdict = assess(question, hidden, answers)
+            yield replace(verdict, replaced=tuple(sources), message=verdict.message + words)
 
-    wrong = [callee for callee in callees if callee.id in failed]
-    others = [callee for callee in callees if callee.id not in failed]
-    best = lend(wrong) if wrong else None
-    if best and (best.passed or not others):
-        return best
-    with_all = lend(callees)
-    if best and best.score >= with_all.score:
-        return best
-    each = (lend([*wrong, callee]) for callee in others)
-    return next((one for one in each if one.score >= with_all.score), with_all)
+
+def best_of(verdicts: Iterator[QuestionVerdict]) -> QuestionVerdict:
+    """The first of the best verdicts; after one that passes no more are asked for."""
+    best = next(verdicts)
+    while not best.passed and (verdict := next(verdicts, None)):
+        best = max(best, verdict, key=lambda verdict: verdict.score)
+    return best

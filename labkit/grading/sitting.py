@@ -39,6 +39,7 @@ class Sitting:
         self.calls: dict[str, set[str]] = {}  # functions that an answer uses
         self.faults: dict[str, str] = {}  # why functions could not be parsed
         self.readable = set[str]()  # functions whose answer to a visible case could be read
+        self.writing = set[str]()  # functions that wrote into an argument of a visible case
         # Calls that ended a box or took too long: a function, its state, what was lent to it.
         self.hung: set[tuple[str, int, frozenset[str]]] = set()
 
@@ -132,6 +133,8 @@ class Sitting:
         for outcome in () if is_hidden else outcomes:
             if outcome.status is Status.RETURNED and is_readable(question, outcome.value):
                 self.readable.add(name)
+            if outcome.is_writing:
+                self.writing.add(name)
         if last.status in (Status.TOO_LONG, Status.KILLED):
             self.hung.add((name, state, frozenset(lent)))
             self.readable.discard(name)  # nobody waits for its form

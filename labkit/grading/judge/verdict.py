@@ -46,6 +46,7 @@ class Outcome:
     error: str = ""  # name of the exception, where it raised one
     message: str = ""  # as "IndexError: ... (line 3 of cell 7)"
     unwritten: str = ""  # the function that is not written yet: this one, or one that it calls
+    is_writing: bool = False  # it wrote into an argument
     tried: bool = True  # False where it is known without a call, as after one that took too long
 
 
@@ -53,7 +54,8 @@ def read_outcome(reply: Mapping[str, Any]) -> Outcome:
     """Read what `box.inside.calling` says of a call; `ValueError` for anything else."""
     try:
         if "status" not in reply:
-            return Outcome(value=from_json(reply["value"]))
+            value = from_json(reply["value"])
+            return Outcome(value=value, is_writing=bool(reply.get("is_writing")))
         status = Status(reply["status"])
     except (KeyError, RecursionError) as error:
         raise ValueError(str(error)) from None

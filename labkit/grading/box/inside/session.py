@@ -232,7 +232,7 @@ class Session:
             except OutOfTime:  # the others would take as long
                 self.tell(status="too long")
                 break
-            self.tell(**answer)
+            self.tell(**answer, is_writing=list(map(data.to_json, values)) != arguments)
 
 
 def describe_error(error: BaseException) -> str:
