@@ -264,7 +264,7 @@ def main() -> None:
     session = Session(writing)
     settings = json.loads(sys.argv[1])
     sys.setrecursionlimit(3 * sys.getrecursionlimit())  # a call through a slot takes three levels
-    session.finder.install()
+    sys.meta_path.insert(0, session.finder)
     confine.confine(**settings)
     for name in [name for name in sys.modules if name.partition(".")[0] == "labkit"]:
         del sys.modules[name]  # out of reach of `import`

@@ -87,35 +87,29 @@ def absent(names: Iterable[str], error: BaseException) -> dict[str, Absent]:
 class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     """Imports handed-in scripts, from whatever folder, and stand-ins.
 
-    It is asked before all others, and a last one after them for what they did not find. There a
-    notebook counts as a script, and a folder as a package, so neither hides an installed one.
+    It is asked before all others. A notebook counts as a script, and a folder as a package, where
+    no package of that name is installed.
     """
 
-    def __init__(
-        self, run: Callable[[str, str, types.ModuleType], None], *, is_last: bool = False
-    ) -> None:
+    def __init__(self, run: Callable[[str, str, types.ModuleType], None]) -> None:
         self.run = run  # a script, by its source and name
-        self.is_last = is_last
         self.scripts: dict[str, str] = {}  # sources by file name
-
-    def install(self) -> None:
-        """Be asked for imports from now on."""
-        last = Finder(self.run, is_last=True)
-        last.scripts = self.scripts
-        sys.meta_path[:] = [self, *sys.meta_path, last]
 
     def find_spec(self, name: str, path: Any, target: Any = None) -> ModuleSpec | None:
         """A spec for a script, a folder of scripts or a stand-in."""
-        place = name.replace(".", "/")
-        endings = (".ipynb",) if self.is_last else (".py", ".py.txt", "/__init__.py")
-        paths = tuple(f"/{place}{ending}" for ending in endings)
-        file = next((file for file in self.scripts if f"/{file}".endswith(paths)), "")
-        folder = any(f"/{place}/" in f"/{file}" for file in self.scripts)
-        is_found = bool(file) or (folder and self.is_last)
+        place = f"/{name.replace('.', '/')}"
+        folder = any(f"{place}/" in f"/{file}" for file in self.scripts)
+        script = self.find_script(f"{place}.py", f"{place}.py.txt", f"{place}/__init__.py")
+        file = script or self.find_script(f"{place}.ipynb")
+        is_found = bool(script or ((file or folder) and not PathFinder.find_spec(name, path)))
         is_own = is_found and name not in sys.stdlib_module_names
         if is_own or name.partition(".")[0] in STANDING_IN:
             return ModuleSpec(name, self, origin=file or None, is_package=folder or not file)
-        return find_matplotlib() if name == "matplotlib" and not self.is_last else None
+        return find_matplotlib() if name == "matplotlib" else None
+
+    def find_script(self, *paths: str) -> str:
+        """The name of a file whose path ends with one of these; "" where there is none."""
+        return next((file for file in self.scripts if f"/{file}".endswith(paths)), "")
 
     def create_module(self, spec: ModuleSpec) -> types.ModuleType | None:
         """A stand-in, or for a script a module as any other."""
