@@ -47,6 +47,8 @@ class Session:
         self.finder = standins.Finder(self.run_script)
         self.compile = codeop.Compile()  # it remembers imports of __future__
         self.faults: dict[str, str] = {}  # why functions could not be parsed, by their names
+        # Errors of the statements that would have bound a name: who misses it is told of them.
+        self.causes: dict[str, BaseException] = {}
         self.lent: dict[str, RightFunction] = {}  # in place of the student's functions
 
     def tell(self, **answer: Any) -> None:
@@ -116,6 +118,7 @@ class Session:
                 with self.within(limit):
                     self.run(node, label)
             except BaseException as error:
+                error = self.find_cause(error)
                 reason = describe_error(error)
                 fault = fault or f"{label} did not run to its end: {reason}"
                 names = parsing.names_bound(node)
@@ -124,9 +127,7 @@ class Session:
                     for name in names
                     if name in self.functions
                 }
-                if isinstance(error, Exception):
-                    names = [name for name in names if name not in self.space]
-                    self.space |= standins.absent(names, error)
+                self.causes |= dict.fromkeys(names, error)
             if not defines:
                 time_left.experiments -= time.process_time() - start
         return fault
@@ -182,7 +183,7 @@ class Session:
             try:
                 self.define(node, name, vars(module))
             except ModuleNotFoundError as error:
-                vars(module).update(standins.absent(parsing.names_bound(node), error))
+                self.causes |= dict.fromkeys(parsing.names_bound(node), error)
 
     def describe(
         self, name: str, defining: dict[str, Any], final: dict[str, Any]
@@ -228,11 +229,22 @@ class Session:
             values = [data.from_json(argument) for argument in arguments]
             try:
                 with self.within(seconds):
-                    answer = call_function(self.space[function], values, find_place)
+                    answer = call_function(self.call, [function, *values], find_place)
             except OutOfTime:  # the others would take as long
                 self.tell(status="too long")
                 break
             self.tell(**answer, is_writing=list(map(data.to_json, values)) != arguments)
+
+    def call(self, function: str, *values: Any) -> Any:
+        """Call a function by its name; where it misses a name, the cause is raised."""
+        try:
+            return self.space[function](*values)
+        except NameError as error:
+            raise self.find_cause(error) from None
+
+    def find_cause(self, error: BaseException) -> BaseException:
+        """The error that left a name unbound which this one misses; any other one as it is."""
+        return self.causes.get(str(error.name), error) if type(error) is NameError else error
 
 
 def describe_error(error: BaseException) -> str:

@@ -9,29 +9,18 @@ from __future__ import annotations
 import importlib.abc
 import sys
 import types
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from importlib.machinery import ModuleSpec, PathFinder
 from typing import Any
 
 STANDING_IN = {"google", "jupyterquiz", "labkit", "nbgrader", "otter"}
 
 
-class NoNumber:
-    """A value for no calculation: each way to calculate with it raises its error."""
+class StandIn(types.ModuleType):
+    """A package, or a thing in it: takes every call, attribute and index, and does nothing.
 
-    _error: BaseException
-
-    def _fail(self, *_: Any, **__: Any) -> Any:
-        raise self._error
-
-    __array__ = __float__ = __iter__ = __len__ = __neg__ = _fail
-    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _fail
-    __matmul__ = __rmatmul__ = __truediv__ = __rtruediv__ = _fail
-    __lt__ = __le__ = __gt__ = __ge__ = _fail
-
-
-class StandIn(NoNumber, types.ModuleType):
-    """A package, or a thing in it: takes every call, attribute and index, and does nothing."""
+    It is no number: each way to calculate with it raises `TypeError`, which names the package.
+    """
 
     is_stand_in = True
 
@@ -57,31 +46,16 @@ class StandIn(NoNumber, types.ModuleType):
 
     def __exit__(self, *_: Any) -> None: ...
 
-    @property
-    def _error(self) -> BaseException:  # type: ignore[override]
-        """The reason why it gives no numbers."""
+    def _fail(self, *_: Any) -> Any:
         package = self.__name__.partition(".")[0]
-        return TypeError(f"{package} is not available while grading: it gives no numbers")
+        raise TypeError(f"{package} is not available while grading: it gives no numbers")
 
     __enter__ = __getitem__ = __call__
     __setitem__ = __exit__
-
-
-class Absent(NoNumber):
-    """A name that a failed statement would have bound: its use raises what the statement raised."""
-
-    def __init__(self, error: BaseException) -> None:
-        self._error = error
-
-    def __getattr__(self, name: str) -> Any:
-        raise self._error
-
-    __call__ = __getitem__ = __bool__ = __mro_entries__ = NoNumber._fail
-
-
-def absent(names: Iterable[str], error: BaseException) -> dict[str, Absent]:
-    """Placeholders for the names that a failed statement would have bound."""
-    return dict.fromkeys(names, Absent(error))
+    __array__ = __float__ = __iter__ = __len__ = __neg__ = _fail
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _fail
+    __matmul__ = __rmatmul__ = __truediv__ = __rtruediv__ = _fail
+    __lt__ = __le__ = __gt__ = __ge__ = _fail
 
 
 class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
