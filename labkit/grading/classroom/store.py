@@ -21,7 +21,7 @@ from labkit.grading.questions import Assignment
 from labkit.support.errors import LabkitError
 from labkit.support.files import atomic_write
 
-RULES = 22  # raise it when the same files would get other points or messages than before
+RULES = 23  # raise it when the same files would get other points or messages than before
 VERDICTS = "verdicts"
 
 
