@@ -1,5 +1,7 @@
 """A fault costs the function in which it stands, and is told by its line."""
 
+import ast
+
 import pytest
 
 from labkit.grading.box.inside.parsing import statements
@@ -41,3 +43,18 @@ def test_statements_keep_their_lines_beside_magics_and_faults():
     lines = MIXED.splitlines()
     found = {node.name: lines[node.lineno - 1] for node in nodes if hasattr(node, "name")}
     assert found == {"f": "def f(x):", "g": "def g(x):"}
+
+
+WHOLE = [  # statements with lines that are not indented
+    "if x:\n    y = 1\n# or else\nelif z:\n    y = 2\nelse:\n    y = 3\n",
+    "try:\n    y = 1\nexcept E:\n    y = 2\nfinally:\n    y = 3\n",
+    "y = [\n    1,\n]\n",
+    "@one\n@two(\n    1\n)\ndef f(\n    x,\n):\n    return x\n",
+]
+
+
+@pytest.mark.parametrize("statement", WHOLE)
+def test_a_statement_of_many_parts_stays_whole_beside_a_fault(statement):
+    nodes, _ = statements(f"y = = 1\n{statement}y = = 2\n", "cell 1")
+
+    assert list(map(ast.unparse, nodes)) == [ast.unparse(ast.parse(statement))]
