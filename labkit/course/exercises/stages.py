@@ -30,6 +30,7 @@ Run = Callable[[Case], Outcome]
 ASKED_CASES = 4  # of those that failed, at most: a stage has to cure all of them
 FACTORS = {"more": 1.25, "less": 0.5}  # for another value of an argument: does it count?
 FEW = 3  # rows, of which none can be missed
+MOST_CALLS = 8  # in which a function that goes on from its own answers has to become right
 CHANGED = 100.0  # tolerances by which the right answer moves before it has to be noticed
 GIVEN = "given"  # the mistake that stands for the answer to the call as it was
 
@@ -182,7 +183,7 @@ class Stages:
     question, cases
         The question, and its cases, some of which the function fails.
     outcomes
-        What came out of these cases.
+        The outcomes of these cases.
     run
         Calls the function on the arguments of a case.
     plainer
@@ -252,7 +253,7 @@ class Stages:
         elif not idle and not unused:
             for stage in filter(self._changes_nothing, self._of(Plain.ROW)):
                 yield f"Your answer stays the same with {stage.phrase}, the right one does not."
-            yield from self._plainest()
+            yield from self._go_on() or self._plainest()
         yield from right_part(self.question, self.failed[0], self.given[0])
 
     def fits(self, mistake: str) -> bool:
@@ -295,6 +296,32 @@ class Stages:
 
     def _of(self, plain: Plain) -> list[Stage]:
         return [stage for stage in self.stages if stage.plain is plain]
+
+    def _go_on(self) -> list[str]:
+        """A sentence if the function becomes right once it begins at its own answers."""
+        for place, name in enumerate(names_of(self.question)):
+            pairs = zip(self.failed, self.given, strict=True)
+            if all(self._becomes_right(case, outcome, place) for case, outcome in pairs):
+                return [
+                    f"If it goes on from its own answer as `{name}`, it becomes right: does it end "
+                    f"too early, or are its steps too short?"
+                ]
+        return []
+
+    def _becomes_right(self, case: Case, outcome: Outcome, place: int) -> bool:
+        """True if a few calls, each with the last answer as one argument, lead to the right one."""
+        arguments = list(case.arguments)
+        shape = np.shape(arguments[place])
+        for _ in range(MOST_CALLS):
+            answer = numbers(self.question.answer, outcome.value)
+            is_returned = outcome.status is Status.RETURNED and not isinstance(answer, str)
+            if not shape or not is_returned or np.shape(answer) != shape:
+                return False
+            arguments[place] = np.asarray(answer)
+            outcome = self.run(replace(case, arguments=tuple(arguments)))
+            if self._passes(case, outcome):
+                return True
+        return False
 
     def _plainest(self) -> Iterator[str]:
         for stage in self._of(Plain.ALL):

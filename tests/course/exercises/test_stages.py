@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.sparse import identity
 
 from labkit import Target, align, apply, transform
 from labkit.correspondences import huber_weights
@@ -73,6 +74,28 @@ def test_a_plain_form_that_hides_a_fault_does_not_blame_its_argument_alone(right
     message = told(source.replace(right, wrong), "align_robustly")
 
     assert "With `delta=inf` it is right: so look at the residuals, and the weights" in message
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "is_told"),
+    [
+        ("range(30)", "range(2)", True),
+        ("x[1:] += step", "x[1:] += 0.1 * step", True),
+        ("(J.T @ J)", "(J.T @ J + 300.0 * identity(J.shape[1]))", True),
+        ("-J.T @ error", "-J.T @ np.abs(error)", False),
+        ("x[1:] += step", "x[1:] += 2.5 * step", False),
+    ],
+)
+def test_a_solver_that_ends_too_early_is_told_that_it_becomes_right(right, wrong, is_told):
+    entry = exercises()["solve_graph"]
+    source = source_of(entry.right)
+    assert right in source
+    names = {**entry.right.__globals__, "identity": identity}
+    exec(source.replace(right, wrong), names)
+
+    message = judge_exercise(entry, names["solve_graph"]).message
+
+    assert ("goes on from its own answer as `poses`, it becomes right" in message) == is_told
 
 
 @pytest.mark.parametrize("name", exercises())
