@@ -225,8 +225,7 @@ def icp(source, target, T_init, max_distance, overlap_ratio, delta, max_iteratio
 
     source, target: arrays (N, 2) and (M, 2), the newer and the older scan.
     T_init: array (3, 3), the initial guess of T_target_source.
-    max_distance, overlap_ratio, delta: as for one step.
-    max_iterations: int, the budget: this many steps at most.
+    max_distance, overlap_ratio, delta: as for one step; max_iterations: int, the most steps.
     Returns T_target_source, as one (3, 3) or as (R, t).
 
     >>> corners = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]])
