@@ -97,7 +97,7 @@ def censi_covariance(result: _Result, range_std: float) -> FloatArray:
     Parameters
     ----------
     result : IcpResult
-        What `labkit.icp` returned.
+        The result of `labkit.icp`.
     range_std : float
         Standard deviation of one range of either scan [m]. It is a lower bound: the
         residuals may show more noise.

@@ -37,7 +37,7 @@ class IcpParameters:
     cost_tolerance : float
         ε_J [m²]: converged when the cost changes by less. 0 turns the test off.
     metric : {"point_to_point", "point_to_line"}
-        What a residual is: the distance between the points of a pair, or the distance of
+        Kind of residual: the distance between the points of a pair, or the distance of
         the source point from the line through the target's surface.
     step_fraction : float
         The share of each step that is taken, in (0, 1]; below 1 calms a run that swings.

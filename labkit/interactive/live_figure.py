@@ -72,11 +72,11 @@ def live_figure(
     Parameters
     ----------
     model : {"turn", "trace", "outlier", "cuts", "race"}
-        What the page computes; see ``models.js``.
+        Name of the model that the page computes; see ``models.js``.
     sliders : mapping of str to array_like, shape (N,)
         Values of each slider, by its name with its unit, in the order of the model's arguments.
     label : str
-        What the picture shows, for those who cannot see it.
+        Description of the picture, for those who cannot see it.
     start : sequence of float
         Where each slider stands at first.
     xlim, ylim : (float, float)

@@ -72,7 +72,7 @@ class LogOptions:
     strict : bool
         Raise at the first damaged line instead of skipping it into `Log.skipped`.
     name : str, optional
-        What messages call the file, in place of its path.
+        Name of the file in messages, in place of its path.
     """
 
     scans: int | None = field(default=None, metadata={"help": "read N scans only (default all)"})

@@ -72,7 +72,7 @@ def read_log(
         The file, or the directory of a ROS 2 bag. The string ``"killian"`` is the built-in
         run of the package rtb-data; a file of that name is ``"./killian"``.
     options : LogOptions, optional
-        What you say of the scanner, the wheels and the part to read, before what the file says.
+        Your word on the scanner, the wheels and the part to read; it goes before the file's.
     progress : callable
         Wraps what is read line by line or scan by scan, e.g. ``tqdm.tqdm``.
     **settings

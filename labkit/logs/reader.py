@@ -178,7 +178,7 @@ class Source:
 
 @dataclass(eq=False, kw_only=True)
 class Reading:
-    """What a reader found in a file.
+    """Sweeps, poses and contents that a reader found in a file.
 
     Attributes
     ----------
@@ -214,7 +214,7 @@ class Reader:
     name : str
         As in `Log.format`.
     files : str
-        What the format's files are, for a message that lists all formats.
+        Phrase for the format's files, in a message that lists all formats.
     recognises : function of a Source
         True if the file is of this format, where no reader before this one recognised it.
     uses : tuple of str

@@ -1,4 +1,4 @@
-"""What ``ros2 topic echo --csv`` prints: the fields of a message in their order, without titles.
+"""Tables of ``ros2 topic echo --csv``: the fields of a message in their order, without titles.
 
 ::
 

@@ -180,7 +180,7 @@ def _read_scans(
 
 
 def _use(topic: Topic, scans: Topic, odometry: Topic | None) -> str:
-    """What a topic is read as; nothing where it might tell a motion that no wheels tell."""
+    """Use of a topic; nothing where it might tell a motion that no wheels tell."""
     if topic == scans:
         return "scans"
     if topic == odometry:

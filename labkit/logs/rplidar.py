@@ -1,4 +1,4 @@
-"""What RPLIDAR's `ultra_simple` prints: a line a beam, clockwise, in degrees and millimetres.
+"""Lines that RPLIDAR's `ultra_simple` prints: a beam each, clockwise, in degrees and millimetres.
 
 ::
 
