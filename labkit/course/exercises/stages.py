@@ -311,13 +311,15 @@ class Stages:
     def _becomes_right(self, case: Case, outcome: Outcome, place: int) -> bool:
         """True if a few calls, each with the last answer as one argument, lead to the right one."""
         arguments = list(case.arguments)
-        shape = np.shape(arguments[place])
+        start = arguments[place]
+        if not isinstance(start, np.ndarray):
+            return False
         for _ in range(MOST_CALLS):
             answer = numbers(self.question.answer, outcome.value)
-            is_returned = outcome.status is Status.RETURNED and not isinstance(answer, str)
-            if not shape or not is_returned or np.shape(answer) != shape:
+            is_returned = outcome.status is Status.RETURNED
+            if not is_returned or isinstance(answer, str) or answer.shape != start.shape:
                 return False
-            arguments[place] = np.asarray(answer)
+            arguments[place] = answer
             outcome = self.run(replace(case, arguments=tuple(arguments)))
             if self._passes(case, outcome):
                 return True
