@@ -79,7 +79,6 @@ SAME_POSE = (0.3, math.radians(6.0))  # [m], [rad]: poses that differ by less co
 SEARCH_FACTOR = 1.5  # reach of a search over the longest of the last motions, or the wheels' turn
 
 # Records and remarks (record, remarks, run)
-RANGE_STD = 0.01  # [m] of a range, at least; the residuals may show more: noise of 30 mm more
 MIN_STEPS = (
     10  # of any statistic over a run: so many of a stated value stand in at first, and fewer
 )

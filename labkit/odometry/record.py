@@ -22,13 +22,12 @@ from labkit.odometry.constants import (
     MAX_STD,
     MIN_AGREEMENT,
     MIN_SCORE,
-    RANGE_STD,
     UNUSUAL,
 )
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
-from labkit.support.arrays import FloatArray
+from labkit.support.arrays import EPSILON, FloatArray
 from labkit.support.errors import DegenerateAlignmentError
 from labkit.target import Target
 
@@ -268,7 +267,9 @@ class StepRecord:
         # A copy, so that pairs and search trees, ten times as large as the match, are not kept.
         is_kept = np.ones(len(placement.target.points), np.bool_)
         placement = replace(placement, target=placement.target.select(is_kept))
-        noise = float(np.fmax(RANGE_STD, self.rmse))  # of ranges, and of what the map lacks
+        # The residuals show the noise of ranges, and of what the map lacks.
+        resolution = max(placement.parameters.translation_tolerance, EPSILON)
+        noise = float(np.fmax(self.rmse, resolution))
         J = np.eye(3)  # from the target's axes to those of scan k
         J[:2, :2] = self.evidence.T_target_last[:2, :2].T
         try:
