@@ -7,7 +7,7 @@ import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,23 +24,58 @@ def _beams(text: str) -> range:
 
 
 ARGUMENTS: dict[str, dict[str, Any]] = {  # of the options of `LogOptions`
-    "odometry": {"metavar": "FILE"},
-    "scans": {"type": int, "metavar": "N"},
-    "start": {"type": int, "metavar": "K"},
-    "laser_offset": {"nargs": 3, "type": float, "metavar": ("X", "Y", "THETA")},
-    "angles": {"nargs": 2, "type": float, "metavar": ("FIRST", "LAST")},
-    "range_min": {"type": float, "metavar": "X"},
-    "range_max": {"type": float, "metavar": "X"},
-    "range_unit": {"metavar": "UNIT"},
-    "angle_unit": {"metavar": "UNIT"},
-    "blind_beams": {"nargs": "+", "type": _beams, "metavar": "BEAMS"},
-    "mirrored": {"action": argparse.BooleanOptionalAction},
-    "time_increment": {"type": float, "metavar": "X"},
-    "no_return": {"nargs": "*", "type": float, "metavar": "X"},
-    "topic": {},
-    "odometry_topic": {"metavar": "TOPIC"},
-    "frame": {},
-    "strict": {"action": "store_true"},
+    "odometry": {"metavar": "FILE", "help": "wheel odometry of the robot: a table (TUM), a bag"},
+    "scans": {"type": int, "metavar": "N", "help": "read N scans only (default all)"},
+    "start": {"type": int, "metavar": "K", "help": "begin with scan K (default 0)"},
+    "laser_offset": {
+        "nargs": 3,
+        "type": float,
+        "metavar": ("X", "Y", "THETA"),
+        "help": "its place on the robot, if the log does not say it [m, m, rad]",
+    },
+    "angles": {
+        "nargs": 2,
+        "type": float,
+        "metavar": ("FIRST", "LAST"),
+        "help": "directions of the first and the last beam, in place of the log's [rad]",
+    },
+    "range_min": {
+        "type": float,
+        "metavar": "X",
+        "help": "ranges make points above this, in place of the log's [m]",
+    },
+    "range_max": {
+        "type": float,
+        "metavar": "X",
+        "help": "ranges make points below this, likewise; inf for all [m]",
+    },
+    "range_unit": {"metavar": "UNIT", "help": "of the file's ranges: m, cm or mm"},
+    "angle_unit": {"metavar": "UNIT", "help": "of the file's angles: rad or deg"},
+    "blind_beams": {
+        "nargs": "+",
+        "type": _beams,
+        "metavar": "BEAMS",
+        "help": "beams that see the robot, from 0 on, as 0-29 180",
+    },
+    "mirrored": {
+        "action": argparse.BooleanOptionalAction,
+        "help": "the scanner hangs upside down, or counts its angles clockwise",
+    },
+    "time_increment": {
+        "type": float,
+        "metavar": "X",
+        "help": "time from one beam to the next, in place of the log's [s]",
+    },
+    "no_return": {
+        "nargs": "*",
+        "type": float,
+        "metavar": "X",
+        "help": "ranges that mean nothing came back, or none (default: known codes) [m]",
+    },
+    "topic": {"help": "of the scans, in a bag with several"},
+    "odometry_topic": {"metavar": "TOPIC", "help": "of the odometry, likewise"},
+    "frame": {"help": "of the scanner, where one topic holds several"},
+    "strict": {"action": "store_true", "help": "refuse a log with damaged lines"},
 }
 STANDARD_INPUT = "standard input"  # in messages
 SHOWN_DAMAGE = 5  # damaged lines that are named one by one
@@ -51,15 +86,10 @@ def add_log_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", metavar="LOG", help="a log file, `-`, or `killian`")
     parser.add_argument("-q", "--quiet", action="store_true", help="show no progress, no summary")
     group = parser.add_argument_group("log")
-    options = {field.name: field for field in fields(LogOptions)}
+    defaults = LogOptions()
     for name, arguments in ARGUMENTS.items():
-        field = options[name]
-        group.add_argument(
-            f"--{name.replace('_', '-')}",
-            default=field.default,
-            help=field.metadata["help"],
-            **arguments,
-        )
+        flag = f"--{name.replace('_', '-')}"
+        group.add_argument(flag, default=getattr(defaults, name), **arguments)
 
 
 def read(args: argparse.Namespace) -> Log:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -103,16 +103,25 @@ def _rotation(quaternion: FloatArray, frame: str) -> FloatArray:
     return np.asarray(Rotation.from_quat(quaternion).as_matrix())
 
 
+def links_above(frame: str, transforms: Mapping[str, Transform]) -> Iterator[Transform]:
+    """The transforms from a frame upwards, each once."""
+    passed = set[str]()
+    while frame in transforms and frame not in passed:
+        passed.add(frame)
+        yield transforms[frame]
+        frame = transforms[frame].parent
+
+
 def find_mounting(laser: str, robot: str, fixed: Mapping[str, Transform]) -> Mounting | None:
     """The place of the frame `laser` on `robot`, or on the last frame that is fixed to it."""
-    frame = laser.strip("/")
+    frame = ""
     T_frame_laser = np.eye(4)
-    passed = set[str]()
-    while frame != robot.strip("/") and frame in fixed and frame not in passed:
-        passed.add(frame)
-        T_frame_laser = fixed[frame].T_parent_child @ T_frame_laser
-        frame = fixed[frame].parent
-    if not passed:
+    for link in links_above(laser.strip("/"), fixed):
+        if link.child == robot.strip("/"):
+            break
+        T_frame_laser = link.T_parent_child @ T_frame_laser
+        frame = link.parent
+    if not frame:
         return None
     x, y = T_frame_laser[:2, 3]
     upward = float(np.clip(T_frame_laser[2, 2], -1.0, 1.0))
@@ -126,15 +135,8 @@ def find_motion(laser: str, transforms: Transforms) -> Motion | None:
 
     Of several frames that move one on another, as below a map, that on ``odom`` counts.
     """
-    frame = laser.strip("/")
-    links = list[Transform]()
-    passed = set[str]()
-    while frame in transforms.first and frame not in passed:
-        passed.add(frame)
-        link = transforms.first[frame]
-        if frame in transforms.moving:
-            links.append(link)
-        frame = link.parent
+    above = links_above(laser.strip("/"), transforms.first)
+    links = [link for link in above if link.child in transforms.moving]
     on_odometry = [link for link in links if "odom" in link.parent]
     chosen = on_odometry or (links if len(links) == 1 else [])
     if not chosen:

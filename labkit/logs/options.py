@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -75,59 +75,24 @@ class LogOptions:
         Name of the file in messages, in place of its path.
     """
 
-    scans: int | None = field(default=None, metadata={"help": "read N scans only (default all)"})
-    start: int = field(default=0, metadata={"help": "begin with scan K (default 0)"})
-    angles: ArrayLike | None = field(
-        default=None,
-        metadata={"help": "directions of the first and the last beam, in place of the log's [rad]"},
-    )
-    range_min: float | None = field(
-        default=None,
-        metadata={"help": "ranges make points above this, in place of the log's [m]"},
-    )
-    range_max: float | None = field(
-        default=None,
-        metadata={"help": "ranges make points below this, likewise; inf for all [m]"},
-    )
-    range_unit: str | None = field(
-        default=None, metadata={"help": "of the file's ranges: m, cm or mm"}
-    )
-    angle_unit: str | None = field(
-        default=None, metadata={"help": "of the file's angles: rad or deg"}
-    )
-    blind_beams: ArrayLike | None = field(
-        default=None, metadata={"help": "beams that see the robot, from 0 on, as 0-29 180"}
-    )
-    mirrored: bool | None = field(
-        default=None,
-        metadata={"help": "the scanner hangs upside down, or counts its angles clockwise"},
-    )
-    time_increment: float | None = field(
-        default=None,
-        metadata={"help": "time from one beam to the next, in place of the log's [s]"},
-    )
-    no_return: ArrayLike | None = field(
-        default=None,
-        metadata={"help": "ranges that mean nothing came back, or none (default: known codes) [m]"},
-    )
-    laser_offset: ArrayLike | None = field(
-        default=None,
-        metadata={"help": "its place on the robot, if the log does not say it [m, m, rad]"},
-    )
-    odometry: Odometry | None = field(
-        default=None,
-        metadata={"help": "wheel odometry of the robot: a table (TUM), a bag"},
-    )
-    topic: str | None = field(
-        default=None,
-        metadata={"help": "of the scans, in a bag with several"},
-    )
-    odometry_topic: str | None = field(default=None, metadata={"help": "of the odometry, likewise"})
-    frame: str | None = field(
-        default=None, metadata={"help": "of the scanner, where one topic holds several"}
-    )
+    scans: int | None = None
+    start: int = 0
+    angles: ArrayLike | None = None
+    range_min: float | None = None
+    range_max: float | None = None
+    range_unit: str | None = None
+    angle_unit: str | None = None
+    blind_beams: ArrayLike | None = None
+    mirrored: bool | None = None
+    time_increment: float | None = None
+    no_return: ArrayLike | None = None
+    laser_offset: ArrayLike | None = None
+    odometry: Odometry | None = None
+    topic: str | None = None
+    odometry_topic: str | None = None
+    frame: str | None = None
     name: str | None = None
-    strict: bool = field(default=False, metadata={"help": "refuse a log with damaged lines"})
+    strict: bool = False
 
     def __post_init__(self) -> None:
         for name in ("topic", "odometry_topic", "frame", "name"):

@@ -18,13 +18,7 @@ from collections import Counter
 import numpy as np
 
 from labkit.logs.carmen import Pose, RobotPose
-from labkit.logs.lines import (
-    expect_fields,
-    parse_count,
-    parse_finite,
-    parse_numbers,
-    parse_pose,
-)
+from labkit.logs.lines import expect_fields, parse_count, parse_finite, parse_numbers, parse_pose
 from labkit.logs.log import Content
 from labkit.logs.ranges import READER as RANGES
 from labkit.logs.reader import Reader, Reading, Source, Sweep

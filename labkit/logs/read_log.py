@@ -206,12 +206,8 @@ def read_wheels(
     """Wheels from a file beside the log, by the readers of logs or as a table of poses."""
     own = DamageReport(path, strict=False)
     source = Source(own, LogOptions(odometry_topic=options.odometry_topic))
-    by_format = (reader for reader in READERS if reader.read_wheels and reader.recognises(source))
-    reader = next(by_format, None)
-    if reader is None or reader.read_wheels is None:
-        track = read_table(source)
-    else:
-        track = reader.read_wheels(source)
+    found = (each.read_wheels for each in READERS if each.read_wheels and each.recognises(source))
+    track = next(found, read_table)(source)
     report.remarks.extend(own.remarks)
     report.skipped.extend(own.skipped)
     return track
