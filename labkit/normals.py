@@ -31,7 +31,7 @@ from labkit.neighbors import (
 )
 from labkit.scan import Scan, as_scan
 from labkit.selection import kth_smallest
-from labkit.support.arrays import FloatArray, IntArray
+from labkit.support.arrays import EPSILON, FloatArray, IntArray
 from labkit.support.compiled import compiled
 
 HALF_BEAMS = 3  # beams to either side that a window along the sweep reaches at the least
@@ -44,14 +44,15 @@ LINEARITY = 0.5  # largest ratio of the spreads across and along that still is a
 MIN_ON_LINE = 3  # points that a line needs
 WIDTH_PER_NOISE = 12.0  # radius over noise from which on a neighbourhood shows its line well
 WIDE_LINEARITY = 3.0 / WIDTH_PER_NOISE  # as `LINEARITY`, at that radius: noise explains no more
+CORE_PER_NOISE = 5.0  # radius over noise of the core of a neighbourhood, and of the shortest one
 FILLED = 0.3  # least spread along a line over the radius; √0.2 where points lie evenly
 HALF_WIDTH = 0.25  # [m]: how far the window of a sparse sweep reaches to either side
 SPARSE_WIDTH_PER_NOISE = 25.0  # half-width of its window over the noise, if that is less
 MAX_WIDTH = 2.0  # [m]: no scanner's noise asks for more
 SHRINKAGE = math.sqrt(0.5)  # of one circle to the next smaller one
-CORE_PER_NOISE = 5.0  # radius over noise of the core of a neighbourhood
 STEADY = 0.7  # spread in that core over that of the whole from which on it is noise
 MIN_SPACING = 1e-3 * HALF_WIDTH  # [m]: points closer together count as this far apart
+STD_PER_MEDIAN = 1.4826  # standard deviation of normal noise over its median size
 SAMPLE_SIZE = 18  # points that tell the width; 17 steps, a prime, sample stacked sweeps evenly
 WIDE_SAMPLE = 96  # points of a wide neighbourhood that are looked at
 
@@ -79,57 +80,84 @@ def estimate_normals(scan: Scan | ArrayLike) -> FloatArray:
     return fit_lines(scan, grid, *line_width(grid))[0]
 
 
-def fit_lines(scan: Scan, grid: Grid, width: float, dense: bool) -> tuple[FloatArray, FloatArray]:
-    """Normals (N, 2) at a scan's points, and the points (N, 2), dense ones on their lines.
+def fit_lines(
+    scan: Scan, grid: Grid, width: float, linearity: float, dense: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Normals (N, 2) at a scan's points, and the points (N, 2) moved onto their lines.
 
-    `grid` is that of the points, `width` and `dense` are what `line_width` tells of it.
+    `grid` is that of the points, the others are what `line_width` tells of it. Among dense points
+    those stay whose neighbours are sparse.
     """
     if scan.beams is None:
-        return lines_in_space(grid, width, dense)
-    return lines_along_sweep(grid, width, dense)
+        return lines_in_space(grid, width, linearity, dense)
+    return lines_along_sweep(grid, width, linearity, dense)
+
+
+def line_noise(points: FloatArray, on_lines: FloatArray, normals: FloatArray) -> float:
+    """Standard deviation [m] of ranges, from the distances between points and their lines.
+
+    Half of the points are enough, so that surfaces which are no lines do not count. It is NaN
+    where no point was moved onto a line. A range that meets its surface aslant shows less noise.
+    """
+    distances = np.hypot(*(points - on_lines).T)
+    is_moved = distances > 64.0 * EPSILON * np.abs(points).max(initial=0.0)  # rounding
+    if not is_moved.any():
+        return math.nan
+    depths = (normals[is_moved] * points[is_moved]).sum(axis=1)
+    cosines = depths / np.hypot(*points[is_moved].T).clip(np.finfo(float).tiny)
+    return float(STD_PER_MEDIAN * np.median(distances[is_moved]) / math.sqrt(np.mean(cosines**2)))
 
 
 @compiled
-def line_width(grid: Grid) -> tuple[float, bool]:
-    """Radius [m] of neighbourhoods in which points show their lines, and whether they are dense.
+def line_width(grid: Grid) -> tuple[float, float, bool]:
+    """Radius [m] of neighbourhoods in which points show their lines, their linearity, if dense.
 
     The circle about the points of a sample shrinks until it shows lines, or grows if what they
-    spread is noise, as large in half the circle. Then it shrinks as far as it shows lines. Points
-    are dense if `NEIGHBORS` of them lie within `CORE_PER_NOISE` times their noise, and if it is
-    noise: about as large in that core, unless they leave gaps there. What bent surfaces spread
-    falls. The width of sparse points is at most `HALF_WIDTH`.
+    spread is noise, as large in half the circle. Where no circle shows them well, since surfaces
+    are short for their noise, one that shows them at all is taken, and more counts as linear. Then
+    it shrinks as far as it shows lines. Points are dense if `NEIGHBORS` of them lie in the core of
+    the circle, and if it is noise: about as large in the core, unless they leave gaps there. What
+    bent surfaces spread falls. The width of sparse points is at most `HALF_WIDTH`.
     """
     sample = spread_out(grid.points)
     radius = MAX_NEIGHBOR_DISTANCE
     spreads = median_spreads(sample, radius, grid)
     half = median_spreads(sample, 0.5 * radius, grid)
     factor = 1.0 / SHRINKAGE if half[0] >= STEADY * spreads[0] else SHRINKAGE
-    while not shows_line(spreads, radius):
+    short_radius, short_spreads = 0.0, spreads
+    per_noise, linearity = WIDTH_PER_NOISE, WIDE_LINEARITY
+    while not shows_line(spreads, radius, per_noise):
+        if shows_line(spreads, radius, CORE_PER_NOISE):
+            short_radius, short_spreads = radius, spreads
         radius *= factor
         if spreads[2] < NEIGHBORS or radius > MAX_WIDTH:
-            return HALF_WIDTH, False
-        spreads = median_spreads(sample, radius, grid)
+            if short_radius == 0.0:
+                return HALF_WIDTH, LINEARITY, False
+            radius, spreads = short_radius, short_spreads
+            per_noise, linearity = CORE_PER_NOISE, LINEARITY
+        else:
+            spreads = median_spreads(sample, radius, grid)
 
-    noise = spreads[0]
     while True:
-        core = median_spreads(sample, CORE_PER_NOISE * noise, grid)
+        noise = spreads[0]
+        core_radius = min(CORE_PER_NOISE * noise, 0.5 * radius)
+        core = median_spreads(sample, core_radius, grid)
         if core[2] < NEIGHBORS:
-            return min(HALF_WIDTH, SPARSE_WIDTH_PER_NOISE * noise), False
+            return min(HALF_WIDTH, SPARSE_WIDTH_PER_NOISE * noise), LINEARITY, False
         spreads = median_spreads(sample, SHRINKAGE * radius, grid)
-        if not shows_line(spreads, SHRINKAGE * radius):
+        if not shows_line(spreads, SHRINKAGE * radius, per_noise):
             break
         radius *= SHRINKAGE
-        noise = spreads[0]
-    is_steady = core[0] >= STEADY * noise or core[1] < FILLED * CORE_PER_NOISE * noise
-    return (radius, True) if is_steady else (HALF_WIDTH, False)
+    is_steady = core[0] >= STEADY * noise or core[1] < FILLED * core_radius
+    return (radius, linearity, True) if is_steady else (HALF_WIDTH, LINEARITY, False)
 
 
 @compiled
-def shows_line(spreads: tuple[float, float, float], radius: float) -> bool:
-    """True if neighbourhoods of this radius [m] fill it along a line, and show little noise."""
+def shows_line(spreads: tuple[float, float, float], radius: float, per_noise: float) -> bool:
+    """True if neighbourhoods fill this radius [m] along a line, so many times as wide as they."""
     across, along, count = spreads
     is_filled = count >= NEIGHBORS and along >= FILLED * radius
-    return is_filled and WIDTH_PER_NOISE * across <= radius
+    return is_filled and per_noise * across <= radius
 
 
 @compiled
@@ -162,7 +190,9 @@ def median_spreads(sample: FloatArray, radius: float, grid: Grid) -> tuple[float
 
 
 @compiled
-def lines_along_sweep(grid: Grid, width: float, dense: bool) -> tuple[FloatArray, FloatArray]:
+def lines_along_sweep(
+    grid: Grid, width: float, linearity: float, dense: bool
+) -> tuple[FloatArray, FloatArray]:
     """Normals, and points on their lines, by a window of beams around each point, (N, 2) each."""
     points = grid.points
     start, stop = windows_along_sweep(points, width)
@@ -173,12 +203,14 @@ def lines_along_sweep(grid: Grid, width: float, dense: bool) -> tuple[FloatArray
         for k in range(start[i], stop[i]):
             sums = add_point(sums, points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], 1.0)
         line = line_of(sums, stop[i] - start[i])
-        put_on_line(i, line, grid, width, dense, normals, on_lines)
+        put_on_line(i, line, grid, width, linearity, dense, normals, on_lines)
     return normals, on_lines
 
 
 @compiled
-def lines_in_space(grid: Grid, width: float, dense: bool) -> tuple[FloatArray, FloatArray]:
+def lines_in_space(
+    grid: Grid, width: float, linearity: float, dense: bool
+) -> tuple[FloatArray, FloatArray]:
     """Normals, and points on their lines, by the `NEIGHBORS` nearest in space, (N, 2) each."""
     points = grid.points
     normals = np.empty(points.shape)
@@ -196,7 +228,7 @@ def lines_in_space(grid: Grid, width: float, dense: bool) -> tuple[FloatArray, F
         sums = NO_SUMS
         for row in rows[:count]:
             sums = add_point(sums, points[row, 0] - x, points[row, 1] - y, 1.0)
-        put_on_line(i, line_of(sums, count), grid, width, dense, normals, on_lines)
+        put_on_line(i, line_of(sums, count), grid, width, linearity, dense, normals, on_lines)
     return normals, on_lines
 
 
@@ -206,25 +238,26 @@ def put_on_line(
     line: Line,
     grid: Grid,
     width: float,
+    linearity: float,
     dense: bool,
     normals: FloatArray,
     on_lines: FloatArray,
 ) -> None:
-    """Write row i of the normals, and of the points on lines, where they are dense."""
+    """Write row i of the normals, and of the points on lines."""
     x, y = grid.points[i, 0], grid.points[i, 1]
     nx, ny, offset, across, along = line
-    linearity = LINEARITY
     is_cloud = dense and math.sqrt(3.0) * along < width
     if is_cloud:
         nx, ny, offset, across, along = wide_line(x, y, i, grid, width)
-        linearity = WIDE_LINEARITY
+    else:
+        linearity = LINEARITY
     if not across < linearity * along:
         nx, ny = math.nan, math.nan
     elif nx * x + ny * y > 0.0:  # away from the scanner
         nx, ny, offset = 0.0 - nx, 0.0 - ny, 0.0 - offset
     normals[i, 0] = nx
     normals[i, 1] = ny
-    if is_cloud and math.isfinite(nx):
+    if is_cloud == dense and math.isfinite(nx):
         on_lines[i, 0] = x + offset * nx
         on_lines[i, 1] = y + offset * ny
 

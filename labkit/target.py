@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.neighbors import NearestNeighbors
-from labkit.normals import fit_lines, line_width
+from labkit.normals import fit_lines, line_noise, line_width
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan, as_scan
 from labkit.support.arrays import BoolArray, FloatArray, as_normals, read_only
@@ -44,7 +45,8 @@ class Target:
     def __reduce__(self) -> tuple[Any, ...]:
         """Prepare the target anew where it is unpickled: its arrays are read-only there, too."""
         if self._is_part:
-            return _part_of_target, (self.scan, self._given, self._width)
+            noise = self.noise if self.dense else math.nan
+            return _part_of_target, (self.scan, self._given, self._width, noise)
         return Target, (self.scan, self._given)
 
     def __repr__(self) -> str:
@@ -61,7 +63,7 @@ class Target:
     @property
     def dense(self) -> bool:
         """True if the points were moved, since they are denser than their noise."""
-        return self._width[1]
+        return self._width[2]
 
     @property
     def line_width(self) -> float:
@@ -79,12 +81,20 @@ class Target:
         return self._lines[0] if self._given is None else self._given
 
     @cached_property
+    def noise(self) -> float:
+        """Standard deviation [m] of a range, by which the points scatter about their lines.
+
+        NaN where no point lies on a line, or all do exactly.
+        """
+        return line_noise(self.scan.points, self._lines[1], self._lines[0])
+
+    @cached_property
     def _measured(self) -> NearestNeighbors:
         """The nearest-neighbour search among the points as they were measured."""
         return NearestNeighbors(self.scan)
 
     @cached_property
-    def _width(self) -> tuple[float, bool]:
+    def _width(self) -> tuple[float, float, bool]:
         return line_width(self._measured.grid)
 
     @cached_property
@@ -95,19 +105,24 @@ class Target:
     def select(self, is_kept: BoolArray) -> Target:
         """The target with some of its points, a mask (M,), which stay on their lines."""
         scan = Scan.from_points(self.points[is_kept])
-        return _part_of_target(scan, self.normals[is_kept], self._width)
+        noise = self.noise if self.dense else math.nan  # sparse points show it themselves
+        return _part_of_target(scan, self.normals[is_kept], self._width, noise)
 
     def normals_for(self, parameters: IcpParameters) -> FloatArray:
         """The normals that the loop needs: those of all points, or none under point-to-point."""
         return self.normals if parameters.metric == "point_to_line" else NO_NORMALS
 
 
-def _part_of_target(scan: Scan, normals: FloatArray, width: tuple[float, bool]) -> Target:
-    """A target of points on lines, with the normals and the width that a larger one had."""
+def _part_of_target(
+    scan: Scan, normals: FloatArray, width: tuple[float, float, bool], noise: float
+) -> Target:
+    """A target of points on lines, with normals, width and noise of a larger one if it is dense."""
     part = Target(scan, normals)
     part._is_part = True
     part._width = width
-    part._lines = part.normals, scan.points
+    if part.dense:
+        part._lines = part.normals, scan.points
+        part.noise = noise
     return part
 
 

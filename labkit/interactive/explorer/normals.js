@@ -26,20 +26,16 @@ const NO_LINE = { nx: NaN, ny: NaN, offset: 0, across: 0, along: 0 };
 // Unit normals towards the scanner, NaN where the points about one lie on no line; and the points,
 // dense ones moved onto their lines.
 export function fitLines(points) {
-  const { width, dense } = lineWidth(points);
+  const { width, linearity, dense } = lineWidth(points);
   const { start, stop } = windowsAlongSweep(points, width);
   const normals = new Float64Array(points.length);
   const onLines = Float64Array.from(points);
   for (let i = 0; i < points.length / 2; i++) {
     let line = lineOf(sumsBetween(points, i, start[i], stop[i]));
-    let linearity = LINEARITY;
     const isCloud = dense && Math.sqrt(3) * line.along < width;
-    if (isCloud) {
-      line = wideLine(points, i, width);
-      linearity = WIDE_LINEARITY;
-    }
+    if (isCloud) line = wideLine(points, i, width);
     const { nx, ny, offset, across, along } = line;
-    const isLine = across < linearity * along;
+    const isLine = across < (isCloud ? linearity : LINEARITY) * along;
     const sign = nx * points[2 * i] + ny * points[2 * i + 1] > 0 ? -1 : 1; // to the scanner
     normals[2 * i] = isLine ? sign * nx : NaN;
     normals[2 * i + 1] = isLine ? sign * ny : NaN;
@@ -68,30 +64,39 @@ export function lineWidth(points) {
   let spreads = medianSpreads(points, sample, radius);
   const half = medianSpreads(points, sample, 0.5 * radius);
   const factor = half.across >= STEADY * spreads.across ? 1 / SHRINKAGE : SHRINKAGE;
-  while (!showsLine(spreads, radius)) {
+  const sparse = { width: HALF_WIDTH, linearity: LINEARITY, dense: false };
+  let short = null;
+  let perNoise = WIDTH_PER_NOISE;
+  let linearity = WIDE_LINEARITY;
+  while (!showsLine(spreads, radius, perNoise)) {
+    if (showsLine(spreads, radius, CORE_PER_NOISE)) short = { radius, spreads };
     radius *= factor;
-    if (spreads.count < NEIGHBORS || radius > MAX_WIDTH) return { width: HALF_WIDTH, dense: false };
-    spreads = medianSpreads(points, sample, radius);
+    if (spreads.count < NEIGHBORS || radius > MAX_WIDTH) {
+      if (!short) return sparse;
+      ({ radius, spreads } = short);
+      perNoise = CORE_PER_NOISE;
+      linearity = LINEARITY;
+    } else spreads = medianSpreads(points, sample, radius);
   }
 
-  let noise = spreads.across;
-  let core;
+  let noise, coreRadius, core;
   while (true) {
-    core = medianSpreads(points, sample, CORE_PER_NOISE * noise);
-    if (core.count < NEIGHBORS)
-      return { width: Math.min(HALF_WIDTH, SPARSE_WIDTH_PER_NOISE * noise), dense: false };
-    spreads = medianSpreads(points, sample, SHRINKAGE * radius);
-    if (!showsLine(spreads, SHRINKAGE * radius)) break;
-    radius *= SHRINKAGE;
     noise = spreads.across;
+    coreRadius = Math.min(CORE_PER_NOISE * noise, 0.5 * radius);
+    core = medianSpreads(points, sample, coreRadius);
+    if (core.count < NEIGHBORS)
+      return { ...sparse, width: Math.min(HALF_WIDTH, SPARSE_WIDTH_PER_NOISE * noise) };
+    spreads = medianSpreads(points, sample, SHRINKAGE * radius);
+    if (!showsLine(spreads, SHRINKAGE * radius, perNoise)) break;
+    radius *= SHRINKAGE;
   }
-  const isSteady = core.across >= STEADY * noise || core.along < FILLED * CORE_PER_NOISE * noise;
-  return isSteady ? { width: radius, dense: true } : { width: HALF_WIDTH, dense: false };
+  const isSteady = core.across >= STEADY * noise || core.along < FILLED * coreRadius;
+  return isSteady ? { width: radius, linearity, dense: true } : sparse;
 }
 
-// Whether neighbourhoods of this radius fill it along a line, and show little noise.
-const showsLine = ({ across, along, count }, radius) =>
-  count >= NEIGHBORS && along >= FILLED * radius && WIDTH_PER_NOISE * across <= radius;
+// Whether neighbourhoods fill this radius along a line, and it is so many times as wide as they.
+const showsLine = ({ across, along, count }, radius, perNoise) =>
+  count >= NEIGHBORS && along >= FILLED * radius && perNoise * across <= radius;
 
 // Points of a sample from the first to the last one, alike in either order.
 function spreadOut(count) {
