@@ -6,7 +6,9 @@ gradient ∂J/∂x vanishes, the implicit function theorem tells how x follows z
     cov(x) ≈ A⁻¹ B cov(z) Bᵀ A⁻¹ ,   A = ∂²J/∂x² ,   B = ∂²J/∂z ∂x               (6.4)
 
 J is the point-to-line cost Σ wᵢ rᵢ², rᵢ = nᵢ·(R pᵢ + t − qᵢ), with the correspondences,
-normals and weights of the last association held fixed. Five things are added to [1]:
+normals and weights of the last association held fixed. cov(z) is the noise of the ranges; the
+target's points show it, since they scatter about their lines (`range_noise`). Five things are
+added to [1]:
 
 - A free direction of the motion carries no information. The noisy normals show it 3° off at
   541 beams with 30 mm of noise. So the scan is moved along it to either side, and back onto the
@@ -23,11 +25,6 @@ normals and weights of the last association held fixed. Five things are added to
 The formula knows one minimum, and cannot know whether it is the right one (`python
 tests/bench/density.py` compares it with the errors).
 
-A scan of points in a cloud has partners near by wherever it lies: the pairs seem to hold it, and
-do not. So where points lie closer together than their noise, the scan is moved a little and
-paired anew. If little of the pull is left, there is no covariance. This happens where surfaces
-are shorter than some 40 times their noise, such as in a room of 1 m with 3 cm of noise.
-
 References
 ----------
 .. [1] Censi, "An accurate closed-form estimate of ICP's covariance", ICRA 2007.
@@ -43,21 +40,17 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.correspondences import Correspondences, pairs_at, weights_of
+from labkit.correspondences import Correspondences, pairs_at
 from labkit.degeneracy import observability
 from labkit.line_alignment import MIN_INFORMATION, line_residuals, line_rows
 from labkit.normals import (
     MAX_NEIGHBOR_DISTANCE,
-    MIN_ON_LINE,
     estimate_normals,
-    median_spreads,
-    spread_out,
 )
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan
 from labkit.se2 import from_xytheta, to_xytheta
 from labkit.support.arrays import (
-    EPSILON,
     FloatArray,
     IntArray,
     as_covariance,
@@ -69,7 +62,6 @@ from labkit.target import Target
 
 ALONG_AN_AXIS = 0.02  # component of a free direction below which its axis is not free
 SLIDE = 0.5  # [m or rad]: how far to slide along a free motion, to either side
-MIN_HELD_SHARE = 1.0 / 3.0  # of the pull of fixed pairs; an overlap of 0.85 alone leaves half
 MAX_RANGE_STD = 100.0  # [m], of a range: no scanner is worse
 
 
@@ -91,16 +83,16 @@ class _Result(Protocol):
     def message(self) -> str: ...
 
 
-def censi_covariance(result: _Result, range_std: float) -> FloatArray:
+def censi_covariance(result: _Result, range_std: float | None = None) -> FloatArray:
     """Covariance of an estimated motion, from the noise of the ranges.
 
     Parameters
     ----------
     result : IcpResult
         The result of `labkit.icp`.
-    range_std : float
-        Standard deviation of one range of either scan [m]. It is a lower bound: the
-        residuals may show more noise.
+    range_std : float, optional
+        Standard deviation of one range of either scan [m]. It is a lower bound: the target
+        and the residuals may show more noise, see `range_noise`.
 
     Returns
     -------
@@ -111,8 +103,9 @@ def censi_covariance(result: _Result, range_std: float) -> FloatArray:
     Raises
     ------
     DegenerateAlignmentError
-        Where the match failed, no pair lies on a surface, or other pairs are as near
-        wherever the scan lies.
+        Where the match failed, or no pair lies on a surface.
+    InvalidParameterError
+        For a `range_std` out of range, or none where the target shows no noise.
     """
     covariance_seen, seen, free = _covariance_and_bases(result, range_std)
     covariance = seen @ covariance_seen @ seen.T
@@ -123,7 +116,24 @@ def censi_covariance(result: _Result, range_std: float) -> FloatArray:
     return covariance
 
 
-def censi_information(result: _Result, range_std: float) -> FloatArray:
+def range_noise(result: _Result, range_std: float | None = None) -> float:
+    """Standard deviation [m] of one range that the covariance of a match takes.
+
+    It is the larger one of `range_std`, if that is given, and of what the target's points show,
+    `Target.noise`. Raises `InvalidParameterError` where there is neither.
+    """
+    _check_result(result)
+    shown = result.target.noise
+    if range_std is None and math.isnan(shown):
+        problem = "must be given [m]: no point of the target shows any noise"
+        raise InvalidParameterError(problem, parameter="range_std")
+    if range_std is None:
+        return shown
+    given = check_range(range_std, "range_std", above=0.0, at_most=MAX_RANGE_STD, unit="m")
+    return float(np.fmax(given, shown))
+
+
+def censi_information(result: _Result, range_std: float | None = None) -> FloatArray:
     """Information Ω, the inverse of `censi_covariance`: a free direction v has ``Ω @ v == 0``."""
     covariance_seen, seen, free = _covariance_and_bases(result, range_std)
     to_seen = np.linalg.inv(np.column_stack([seen, free]))[: seen.shape[1]]  # coordinates in `seen`
@@ -131,7 +141,7 @@ def censi_information(result: _Result, range_std: float) -> FloatArray:
 
 
 def fuse(
-    result: _Result, range_std: float, prior: ArrayLike, prior_covariance: ArrayLike
+    result: _Result, range_std: float | None, prior: ArrayLike, prior_covariance: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
     """Fuse a match with the prior that it began from: the most likely motion, and its covariance.
 
@@ -163,33 +173,26 @@ class _LinePairs(NamedTuple):
 
 
 def _covariance_and_bases(
-    result: _Result, range_std: float
+    result: _Result, range_std: float | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Covariance (6.4) in the coordinates of the motions that the pairs see, and the two bases."""
-    _check_result(result)
-    range_std = check_range(range_std, "range_std", above=0.0, at_most=MAX_RANGE_STD, unit="m")
+    noise = range_noise(result, range_std)
     if np.isnan(result.T_target_source[0, 0]):
         raise DegenerateAlignmentError(f"no covariance without an estimate: {result.message}")
     seen, free = _split_motions(result)
     x = to_xytheta(result.T_target_source)
     pairs = _line_pairs(result.correspondences, result.target, x, seen)
-    is_cloud = _is_cloud(result.target, range_std)
-    if is_cloud and _held_share(result, pairs, x, seen) < MIN_HELD_SHARE:
-        raise DegenerateAlignmentError(
-            "no covariance: the scan finds partners as near wherever it lies; "
-            "points so dense need longer surfaces, or less noise"
-        )
-    by_ranges = _range_pulls(pairs, range_std, result.target)
+    by_ranges = _range_pulls(pairs, noise, result.target)
     pulls = _line_pulls(pairs)
     net_pull = pulls.sum(axis=0)
     if result.parameters.metric == "point_to_point":
         pulls = pulls + _pulls_along_surfaces(pairs, x, seen)
     stretch, _ = _share_cells(pairs.target, MAX_NEIGHBOR_DISTANCE)
     by_stretch = _sum_by(stretch, pulls)
-    noise = by_ranges.T @ by_ranges
-    noise += _positive_part(by_stretch.T @ by_stretch - noise) + np.outer(net_pull, net_pull)
+    spread = by_ranges.T @ by_ranges
+    spread += _positive_part(by_stretch.T @ by_stretch - spread) + np.outer(net_pull, net_pull)
     gain = np.linalg.inv(_hessian(pairs))
-    return gain @ noise @ gain.T, seen, free
+    return gain @ spread @ gain.T, seen, free
 
 
 def _line_pairs(
@@ -219,38 +222,6 @@ def _nearest_pairs(result: _Result, x: FloatArray, seen: FloatArray) -> _LinePai
     """The pairs that are nearest at another motion x, (3,)."""
     pairs = pairs_at(result.source, result.target, from_xytheta(x), result.parameters)
     return _line_pairs(pairs, result.target, x, seen)
-
-
-def _is_cloud(target: Target, range_std: float) -> bool:
-    """True if a target's points lie closer together than their noise: three within it."""
-    grid = target.search.grid
-    _, _, count = median_spreads(spread_out(grid.points), range_std, grid)
-    return count >= MIN_ON_LINE
-
-
-def _held_share(result: _Result, pairs: _LinePairs, x: FloatArray, seen: FloatArray) -> float:
-    """Share of the pull of fixed pairs that is left if each point takes its nearest partner anew.
-
-    The scan moves by its residuals' size to either side in each direction that is seen; the
-    smallest share counts. A point in a cloud has a partner near by wherever the scan lies.
-    """
-    rms = math.sqrt(np.average(pairs.residuals**2, weights=pairs.weights))
-    if rms < 64.0 * EPSILON * np.abs(pairs.source).max():  # rounding
-        return 1.0
-    shares = []
-    for k, direction in enumerate(seen.T):
-        slope = pairs.slope[:, k]
-        step = rms / math.sqrt(np.average(slope**2, weights=pairs.weights))
-        of_fixed, of_nearest = 0.0, 0.0
-        for side in (step, -step):
-            residuals = pairs.residuals + side * slope
-            weights = weights_of(np.abs(residuals), result.parameters.huber_delta)
-            of_fixed += side * np.sum(weights * residuals * slope)
-            nearest = _nearest_pairs(result, x + side * direction, seen)
-            of_nearest += side * np.sum(nearest.weights * nearest.residuals * nearest.slope[:, k])
-        if of_fixed > 0.0:  # it is 0 where all residuals lie beyond δ
-            shares.append(of_nearest / of_fixed)
-    return min(shares, default=1.0)
 
 
 def _hessian(pairs: _LinePairs) -> FloatArray:

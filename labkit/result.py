@@ -124,10 +124,11 @@ class IcpResult(_Quality):
         """The estimate as x [m], y [m], θ [rad], shape (3,); NaN if the run failed."""
         return to_xytheta(self.T_target_source)
 
-    def covariance(self, range_std: float) -> FloatArray:
+    def covariance(self, range_std: float | None = None) -> FloatArray:
         """Covariance (3, 3) of `xytheta`; see `labkit.covariance.censi_covariance`.
 
-        `range_std` is the standard deviation of one range [m].
+        `range_std` is the standard deviation of one range [m], at least; that which the target's
+        points show is taken where it is larger, and where none is given.
         """
         return censi_covariance(self, range_std)
 

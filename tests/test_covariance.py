@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from labkit import IcpParameters, Scan, Target, icp
-from labkit.covariance import _follow_surfaces, censi_covariance, censi_information, fuse
+from labkit.covariance import (
+    _follow_surfaces,
+    censi_covariance,
+    censi_information,
+    fuse,
+    range_noise,
+)
 from labkit.odometry import OdometryParameters
 from labkit.parameters import ACCURATE
 from labkit.se2 import apply, from_xytheta, to_xytheta, transform
@@ -144,6 +150,17 @@ def test_there_is_no_information_along_a_corridor(turn):
     across = np.array([-along[1], along[0], 0.0])
     np.testing.assert_allclose(information, information.T, atol=1e-9 * information.max())
     assert along @ information @ along < 1e-3 * (across @ information @ across)
+
+
+@pytest.mark.parametrize("told", [None, 1e-4])
+def test_a_noise_that_is_told_too_small_is_measured_instead(told):
+    result = match_two_scans(3)
+
+    covariance = censi_covariance(result, told)
+
+    assert 0.8 * RANGE_STD < range_noise(result, told) < 1.2 * RANGE_STD
+    np.testing.assert_array_equal(covariance, censi_covariance(result, result.target.noise))
+    assert range_noise(result, 0.1) == 0.1
 
 
 def test_what_is_fused_is_the_most_likely_motion():

@@ -26,7 +26,7 @@ from labkit import (
     transform,
 )
 from labkit.correspondences import distance_gate, huber_loss, huber_weights, overlap, pairs_at
-from labkit.covariance import censi_covariance, censi_information, fuse
+from labkit.covariance import censi_covariance, censi_information, fuse, range_noise
 from labkit.degeneracy import free_motions, observability, spread_ratio
 from labkit.evaluation import ate, disagreement, forward_backward, rpe
 from labkit.icp import minimise
@@ -187,7 +187,15 @@ def public_functions():
     exported = {getattr(each, name) for each in packages for name in each.__all__}
     named = {
         *(distance_gate, overlap, huber_weights, huber_loss, pairs_at),
-        *(censi_covariance, censi_information, fuse, free_motions, observability, spread_ratio),
+        *(
+            censi_covariance,
+            censi_information,
+            fuse,
+            range_noise,
+            free_motions,
+            observability,
+            spread_ratio,
+        ),
         *(minimise, align_to_lines, line_information, nearest_by_brute_force, NearestNeighbors),
         *(estimate_normals, scanner_poses, relative, rotation, Target),
         *(filters.range_band, filters.voxel_downsample, filters.remove_isolated),

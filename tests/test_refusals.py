@@ -115,6 +115,14 @@ def test_noise(result, std):
         censi_covariance(result, std)
 
 
+def test_a_target_without_noise_needs_its_number():
+    wall = np.column_stack([np.linspace(-1.0, 1.0, 40), np.full(40, 2.0)])
+    result = icp(wall, wall, metric="point_to_line")
+
+    with pytest.raises(InvalidParameterError, match="no point of the target shows any noise"):
+        censi_covariance(result)
+
+
 @pytest.mark.parametrize(
     ("prior", "message"),
     [

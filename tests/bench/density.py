@@ -61,7 +61,7 @@ def row(metric: str, kind: str, side: float, noise: float, points: int, draws: i
         seconds = time.process_time() - start
         error = result.xytheta - motion
         try:
-            information = censi_information(result, noise)
+            information = censi_information(result)
             nees = (
                 error @ information @ error if np.linalg.matrix_rank(information) == 3 else np.nan
             )

@@ -25,7 +25,7 @@ from labkit.odometry.constants import HISTORY, LEAST_WHEEL_ERROR
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.map_odometry import MapState
 from labkit.odometry.match import Match
-from labkit.odometry.record import Evidence, Scales, StepRecord
+from labkit.odometry.record import Evidence, Scales, StepRecord, on_matched_points
 from labkit.odometry.scales import History, growth_of
 from labkit.odometry.score import Score
 from labkit.parameters import ACCURATE
@@ -364,7 +364,7 @@ def test_along_a_corridor_poor_wheels_leave_the_step_doubtful():
 
 @pytest.mark.parametrize("noise_std", [0.003, 0.02])
 def test_the_covariance_is_that_of_the_match_and_wide_without_one(noise_std):
-    """It counts the noise that the residuals show."""
+    """It counts the noise that residuals and matched points show."""
     rng = np.random.default_rng(0)
     lidar = Lidar(noise_std=noise_std)
     older, newer = (cast(room(), from_xytheta(pose), lidar, rng=rng) for pose in (STILL, MOTION))
@@ -372,7 +372,8 @@ def test_the_covariance_is_that_of_the_match_and_wide_without_one(noise_std):
     matched = step(older, newer, PRIOR)
     unmatched = step(older, EMPTY, PRIOR)
 
-    result = icp(newer, older, from_xytheta(PRIOR), ACCURATE)
+    local_map = Target(older.points, Target(older).normals)
+    result = on_matched_points(icp(newer, local_map, from_xytheta(PRIOR), ACCURATE))
     wide = np.diag(matched.evidence.std**2)
     noise = matched.rmse
     expected = fuse(result, noise, STILL, wide)[1]
