@@ -1,5 +1,7 @@
 """Law 4: of cells that fail, hang or say the same again, what is right counts."""
 
+import pytest
+
 from labkit.grading.questions import read_assignment
 from tests.grading.failing import ASSIGNMENT, NAMES
 from tests.grading.notebooks import HANDED_OUT, cell, notebook
@@ -69,3 +71,22 @@ def test_a_cell_that_fails_twice_is_told_by_its_first_reason(graded, small):
     assert [note.partition(": ")[2] for note in verdict.notes] == [
         "ZeroDivisionError: division by zero (line 1 of a.py)"
     ]
+
+
+HIDING = {  # cells after the first of two answers that uses Python's `sum`
+    "a number with the name of a function": "sum = 3",
+    "labkit's function of that name": "from labkit import double",
+}
+
+
+@pytest.mark.parametrize("later", HIDING)
+def test_what_a_later_cell_hides_an_earlier_answer_keeps(later, graded, small):
+    """Law 4: and each call finds the names of its own function's cell."""
+    cells = ["def double(x):\n    return sum([x, x])\n", HIDING[later],
+             "def negate(x):\n    return -x\n"]  # fmt: skip
+
+    verdict = graded(
+        {"a.ipynb": notebook([cell(one) for one in cells])}, read_assignment(small), seconds=0.5
+    )  # fmt: skip
+
+    assert verdict.score == 5.0, verdict.questions
