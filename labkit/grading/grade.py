@@ -108,8 +108,9 @@ def _in_each_state(
     cases = assignment.cases(question.id)
     hidden = [case for case in cases if case.hidden]
     for state, outcomes in enumerate(visible_outcomes):
-        if all(outcome.status is Status.NOT_WRITTEN for outcome in outcomes):
-            answers = [replace(outcomes[0], tried=False)] * len(hidden)
+        is_unwritten = all(outcome.status is Status.NOT_WRITTEN for outcome in outcomes)
+        if is_unwritten or outcomes[-1].status is Status.TOO_LONG:  # it would be so again
+            answers = [replace(outcomes[-1], tried=False)] * len(hidden)
         else:
             passed = assess(question, assignment.visible[question.id], outcomes).passed
             answers = sitting.ask(question, hidden, state, trusted=passed)

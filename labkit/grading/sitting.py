@@ -40,8 +40,6 @@ class Sitting:
         self.faults: dict[str, str] = {}  # why functions could not be parsed
         self.readable = set[str]()  # functions whose answer to a visible case could be read
         self.writing = set[str]()  # functions that wrote into an argument of a visible case
-        # Calls that ended a box or took too long: a function, its state, what was lent to it.
-        self.hung: set[tuple[str, int, frozenset[str]]] = set()
 
     def read(self, files: Mapping[str, bytes]) -> None:
         """Have the files read, before any code of theirs is in the box, and then the cells run."""
@@ -100,7 +98,6 @@ class Sitting:
 
         Right functions in `lent` stand in for the student's; those `in_form` answer as they do.
         A call that takes too long ends them; it has more time where the function is `trusted`.
-        What hung before, by itself or in what it calls, is not called.
         """
         name = question.function
         if self.box is None:
@@ -108,8 +105,6 @@ class Sitting:
         if self.box is None or name not in self.states:
             status = Status.TOO_LONG if self.time.is_over else Status.NOT_DEFINED
             return [Outcome(status=status, message=self.faults.get(name, ""))] * len(cases)
-        if self._hangs(name, state, lent):
-            return [Outcome(status=Status.TOO_LONG, tried=False)] * len(cases)
         is_hidden = any(case.hidden for case in cases)
         self.is_sealed |= is_hidden
         seconds = self.time.patient_call if trusted else self.time.call
@@ -136,22 +131,8 @@ class Sitting:
             if outcome.is_writing:
                 self.writing.add(name)
         if last.status in (Status.TOO_LONG, Status.KILLED):
-            self.hung.add((name, state, frozenset(lent)))
             self.readable.discard(name)  # nobody waits for its form
         return outcomes
-
-    def _hangs(self, name: str, state: int, lent: Mapping[str, str]) -> bool:
-        """True if such a call hung, or would call a function that hung and is not lent to it.
-
-        What hung may have done so for the fault of a function that is lent now: it is called.
-        """
-        if (name, state, frozenset(lent)) in self.hung:
-            return True
-        hung = {function for function, _, _ in self.hung} - {name} - lent.keys()
-        return any(
-            function in self.calls[name] and not self.calls.get(function, set()) & lent.keys()
-            for function in hung
-        )
 
     def close(self) -> None:
         """End the box, and count its time."""
