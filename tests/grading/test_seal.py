@@ -12,6 +12,7 @@ from labkit.grading import grade as grading
 from labkit.grading import sitting
 from labkit.grading.box.inside import data
 from labkit.grading.box.outside import Wall
+from labkit.grading.box.watch import BoxError
 from labkit.grading.questions import read_assignment
 from tests.grading.failing import ASSIGNMENT, NAMES, WAYS
 from tests.grading.liar import Liar
@@ -87,6 +88,24 @@ def test_a_box_says_nothing_more_of_the_cells_after_a_hidden_case(kinds, last, m
         submission.run()
 
     assert submission.notes == [last]
+
+
+@pytest.mark.parametrize(("kind", "is_told"), [("visible", True), ("hidden", False)])
+def test_a_cell_that_ends_a_box_after_a_hidden_case_is_not_told(kind, is_told, monkeypatch):
+    def end(box, most=0):
+        raise BoxError("the program ended")
+
+    monkeypatch.setattr(sitting, "Box", Liar)
+    submission = sitting.Sitting(NAMES, Wall("none"))
+    submission.read({"a.py": b"def rotation(): 0"})
+    question = ASSIGNMENT.questions[0]
+    submission.ask(question, getattr(ASSIGNMENT, kind)[question.id], 0)
+    submission.close()
+    monkeypatch.setattr(Liar, "receive", end)
+
+    submission.run()
+
+    assert any("ended the program" in note for note in submission.program.notes) is is_told
 
 
 AFTERWARDS = {  # what a function does in a hidden case, beside the `WAYS` to fail
