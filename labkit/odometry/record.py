@@ -267,7 +267,7 @@ class StepRecord:
         # A copy, so that pairs and search trees, ten times as large as the match, are not kept.
         is_kept = np.ones(len(placement.target.points), np.bool_)
         placement = replace(placement, target=placement.target.select(is_kept))
-        # The residuals show the noise of ranges, and of what the map lacks.
+        # Residuals show what the map lacks, too; the noise of its points counts where it is more.
         resolution = max(placement.parameters.translation_tolerance, EPSILON)
         noise = float(np.fmax(self.rmse, resolution))
         J = np.eye(3)  # from the target's axes to those of scan k

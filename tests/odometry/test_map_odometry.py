@@ -397,6 +397,21 @@ def test_steps_err_as_far_as_their_covariances_say(noise_std):
     assert 1.0 < np.mean(nees) < 9.0
 
 
+def test_steps_in_a_closet_with_loud_ranges_err_no_farther_than_they_say():
+    """Residuals of dense points are small wherever the scan lies; the points show their noise."""
+    truth = integrate([[0.015, 0.0, math.radians(5.0)]] * 12, start=[0.0, -0.05, 0.1])
+    scans = scan_along(room(1.1, 1.0), truth, Lidar(noise_std=0.03), rng=0)
+
+    run = estimate_odometry(scans)
+
+    records = run.records[1:]
+    errors = [
+        r.increment - motion for r, motion in zip(records, increments_between(truth), strict=True)
+    ]
+    nees = [e @ np.linalg.solve(r.covariance, e) for e, r in zip(errors, records, strict=True)]
+    assert np.median(nees) < 9.0
+
+
 def test_a_record_holds_no_more_points_than_its_scan_matched():
     """A run of thousands of steps must not keep a map for each of them."""
     run = estimate_odometry(SCANS, PRIORS)
