@@ -114,10 +114,11 @@ def line_width(grid: Grid) -> tuple[float, float, bool]:
 
     The circle about the points of a sample shrinks until it shows lines, or grows if what they
     spread is noise, as large in half the circle. Where no circle shows them well, since surfaces
-    are short for their noise, one that shows them at all is taken, and more counts as linear. Then
-    it shrinks as far as it shows lines. Points are dense if `NEIGHBORS` of them lie in the core of
-    the circle, and if it is noise: about as large in the core, unless they leave gaps there. What
-    bent surfaces spread falls. The width of sparse points is at most `HALF_WIDTH`.
+    are short for their noise, one of the smaller ones that shows them at all is taken, and more
+    counts as linear. Then it shrinks as far as it shows lines. Points are dense if `NEIGHBORS` of
+    them lie in the core of the circle, and if it is noise: about as large in the core, unless they
+    leave gaps there. What bent surfaces spread falls. The width of sparse points is at most
+    `HALF_WIDTH`.
     """
     sample = spread_out(grid.points)
     radius = MAX_NEIGHBOR_DISTANCE
@@ -127,7 +128,7 @@ def line_width(grid: Grid) -> tuple[float, float, bool]:
     short_radius, short_spreads = 0.0, spreads
     per_noise, linearity = WIDTH_PER_NOISE, WIDE_LINEARITY
     while not shows_line(spreads, radius, per_noise):
-        if shows_line(spreads, radius, CORE_PER_NOISE):
+        if radius <= MAX_NEIGHBOR_DISTANCE and shows_line(spreads, radius, CORE_PER_NOISE):
             short_radius, short_spreads = radius, spreads
         radius *= factor
         if spreads[2] < NEIGHBORS or radius > MAX_WIDTH:

@@ -69,7 +69,8 @@ export function lineWidth(points) {
   let perNoise = WIDTH_PER_NOISE;
   let linearity = WIDE_LINEARITY;
   while (!showsLine(spreads, radius, perNoise)) {
-    if (showsLine(spreads, radius, CORE_PER_NOISE)) short = { radius, spreads };
+    const isShort = radius <= MAX_NEIGHBOR_DISTANCE;
+    if (isShort && showsLine(spreads, radius, CORE_PER_NOISE)) short = { radius, spreads };
     radius *= factor;
     if (spreads.count < NEIGHBORS || radius > MAX_WIDTH) {
       if (!short) return sparse;
