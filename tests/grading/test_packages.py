@@ -91,6 +91,14 @@ def test_a_number_of_labkit_s_is_none_and_names_the_package(operation, graded):
     assert "labkit is not available while grading" in fitness.message
 
 
+def test_what_reads_the_cells_in_the_box_cannot_be_imported(graded):
+    line = "import labkit.grading.box.inside.session as own; assert not own.Session"
+
+    verdict = graded({"a.ipynb": answered({"fitness": with_line("fitness", line, "")})}, ASSIGNMENT)
+
+    assert verdict.score == 100.0, verdict.questions
+
+
 @pytest.mark.parametrize("code", [
     "def wrap(angle):\n    import nothing_of_this_name\n    return angle\n",
     "from nothing_of_this_name import Angle\n\n\ndef wrap(angle):\n    return Angle(angle)\n",
