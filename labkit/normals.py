@@ -161,6 +161,12 @@ def shows_line(spreads: tuple[float, float, float], radius: float, per_noise: fl
     return is_filled and per_noise * across <= radius
 
 
+def is_cloud(grid: Grid, noise: float) -> bool:
+    """True if points lie closer together than their noise [m]: three within it."""
+    _, _, count = median_spreads(spread_out(grid.points), noise, grid)
+    return count >= MIN_ON_LINE
+
+
 @compiled
 def spread_out(points: FloatArray) -> FloatArray:
     """A sample of the points from the first to the last one, alike in either order."""

@@ -3,14 +3,18 @@
 `tests/bench/density.py` prints the whole table; a corner of it holds the law here.
 """
 
+import contextlib
+
 import numpy as np
 import pytest
 
 from labkit import ACCURATE, IcpParameters, Scan, Target, icp
+from labkit.covariance import censi_information
 from labkit.normals import estimate_normals
 from labkit.se2 import transform
-from labkit.simulation import Lidar, World, cast, room
+from labkit.simulation import Lidar, World, cast, doorways, room
 from labkit.simulation.world import circle, polyline
+from labkit.support.errors import DegenerateAlignmentError
 
 PILLARS = [circle(place, 0.3, 96) for place in ((1.5, 1.0), (-1.5, 0.8), (0.5, -1.2), (-0.9, -1.0))]
 CLOSET = polyline(np.array([[0.6, 0.6], [-0.5, 0.6], [-0.5, -0.5], [0.6, -0.5], [0.6, 0.6]]))
@@ -122,3 +126,25 @@ def test_a_target_shows_the_noise_of_its_ranges(count, noise, kind):
     target = Target(look((0.0, 0.0, 0.0), count, noise, kind, np.random.default_rng(0)))
 
     assert 0.75 < target.noise / noise < 1.25
+
+
+@pytest.mark.parametrize("parameters", [ACCURATE, IcpParameters()], ids=["lines", "points"])
+def test_surfaces_too_short_for_their_noise_promise_nothing(parameters):
+    """Doors with 5 cm of noise: a match errs by at most three standard deviations, or has none."""
+    lidar = Lidar(beam_count=541, noise_std=0.05)
+    motion = np.array([0.03, -0.02, 0.01])
+    nees = []
+
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        place = transform(0.0, 0.1, 0.5 * seed)
+        poses = place, place @ transform(*motion)
+        target, source = (cast(doorways(), pose, lidar, rng=rng) for pose in poses)
+        result = icp(source, target, None, parameters)
+        information = np.zeros((3, 3))  # where a covariance is refused
+        with contextlib.suppress(DegenerateAlignmentError):
+            information = censi_information(result, 0.05)
+        error = result.xytheta - motion
+        nees.append(error @ information @ error)
+
+    assert 0.0 < np.max(nees) < 27.0
