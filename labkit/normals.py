@@ -126,18 +126,20 @@ def line_width(grid: Grid) -> tuple[float, float, bool]:
     half = median_spreads(sample, 0.5 * radius, grid)
     factor = 1.0 / SHRINKAGE if half[0] >= STEADY * spreads[0] else SHRINKAGE
     short_radius, short_spreads = 0.0, spreads
-    per_noise, linearity = WIDTH_PER_NOISE, WIDE_LINEARITY
-    while not shows_line(spreads, radius, per_noise):
+    while not shows_line(spreads, radius, WIDTH_PER_NOISE):
         if radius <= MAX_NEIGHBOR_DISTANCE and shows_line(spreads, radius, CORE_PER_NOISE):
             short_radius, short_spreads = radius, spreads
+        if spreads[2] < NEIGHBORS or factor * radius > MAX_WIDTH:
+            break
         radius *= factor
-        if spreads[2] < NEIGHBORS or radius > MAX_WIDTH:
-            if short_radius == 0.0:
-                return HALF_WIDTH, LINEARITY, False
-            radius, spreads = short_radius, short_spreads
-            per_noise, linearity = CORE_PER_NOISE, LINEARITY
-        else:
-            spreads = median_spreads(sample, radius, grid)
+        spreads = median_spreads(sample, radius, grid)
+
+    per_noise, linearity = WIDTH_PER_NOISE, WIDE_LINEARITY
+    if not shows_line(spreads, radius, WIDTH_PER_NOISE):
+        if short_radius == 0.0:
+            return HALF_WIDTH, LINEARITY, False
+        radius, spreads = short_radius, short_spreads
+        per_noise, linearity = CORE_PER_NOISE, LINEARITY
 
     while True:
         noise = spreads[0]

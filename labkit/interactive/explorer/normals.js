@@ -57,7 +57,7 @@ export function wideLine(points, i, width) {
   return NO_LINE;
 }
 
-// The radius of neighbourhoods in which points show their lines, and whether they are dense.
+// The radius of neighbourhoods in which points show their lines, their linearity, if dense.
 export function lineWidth(points) {
   const sample = spreadOut(points.length / 2);
   let radius = MAX_NEIGHBOR_DISTANCE;
@@ -66,18 +66,21 @@ export function lineWidth(points) {
   const factor = half.across >= STEADY * spreads.across ? 1 / SHRINKAGE : SHRINKAGE;
   const sparse = { width: HALF_WIDTH, linearity: LINEARITY, dense: false };
   let short = null;
-  let perNoise = WIDTH_PER_NOISE;
-  let linearity = WIDE_LINEARITY;
-  while (!showsLine(spreads, radius, perNoise)) {
+  while (!showsLine(spreads, radius, WIDTH_PER_NOISE)) {
     const isShort = radius <= MAX_NEIGHBOR_DISTANCE;
     if (isShort && showsLine(spreads, radius, CORE_PER_NOISE)) short = { radius, spreads };
+    if (spreads.count < NEIGHBORS || factor * radius > MAX_WIDTH) break;
     radius *= factor;
-    if (spreads.count < NEIGHBORS || radius > MAX_WIDTH) {
-      if (!short) return sparse;
-      ({ radius, spreads } = short);
-      perNoise = CORE_PER_NOISE;
-      linearity = LINEARITY;
-    } else spreads = medianSpreads(points, sample, radius);
+    spreads = medianSpreads(points, sample, radius);
+  }
+
+  let perNoise = WIDTH_PER_NOISE;
+  let linearity = WIDE_LINEARITY;
+  if (!showsLine(spreads, radius, WIDTH_PER_NOISE)) {
+    if (!short) return sparse;
+    ({ radius, spreads } = short);
+    perNoise = CORE_PER_NOISE;
+    linearity = LINEARITY;
   }
 
   let noise, coreRadius, core;
