@@ -147,12 +147,12 @@ class Odometry(ABC, Generic[State]):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is odd about the last 4,000 steps as a whole, with a likely cause."""
+        """Oddities of the last 4,000 steps as a whole, with a likely cause."""
         return remarks_on(self._run.steps, self._run.state.scans - len(self._run.steps))
 
     @property
     def last_step(self) -> Step:
-        """What the remarks on a run need of the newest step."""
+        """The newest step, as the remarks on a run need it."""
         return self._run.steps[-1]
 
     def __repr__(self) -> str:

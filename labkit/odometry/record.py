@@ -62,7 +62,7 @@ class Decision(Enum):
 
 
 class Scales(NamedTuple):
-    """What a run measured on its last steps, and holds the next one to."""
+    """Scales that a run measured on its last steps, and holds the next one to."""
 
     wheel_shift: float  # usual error of the wheels at rest [m]
     wheel_turn: float  # the same [rad]
@@ -229,7 +229,7 @@ class StepRecord:
 
     @property
     def lack(self) -> float:
-        """What the match lacks to the usual agreement, and the cost of its motion.
+        """Agreement that the match lacks to the usual one, and the cost of its motion.
 
         Beside wheels this counts three times. NaN without a score.
         """

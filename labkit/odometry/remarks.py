@@ -26,7 +26,7 @@ from labkit.support.arrays import FloatArray
 
 
 class Step(NamedTuple):
-    """What the remarks on a run need of one step."""
+    """One step, as the remarks on a run need it."""
 
     record: StepRecord
     told: FloatArray | None = None  # by the wheels, (3,), in the frame of the scanner
@@ -181,7 +181,7 @@ def wheel_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
                     "does the scanner look backwards? If so, tell its place on the robot by "
                     "`laser_offset`, or `--laser-offset`: its third number is π"
                 )
-            yield (f"the scans move {ratio:.3g} times as far as the wheels: {question}")
+            yield f"the scans move {ratio:.3g} times as far as the wheels: {question}"
             return
     told = np.hypot(wheels[:, 0], wheels[:, 1])
     measured = np.hypot(matches[:, 0], matches[:, 1])

@@ -35,7 +35,7 @@ class OdometryResult:
     records : tuple of StepRecord
         One of each scan.
     remarks : tuple of str
-        What is odd about the run as a whole, with a likely cause.
+        Oddities of the run as a whole, with a likely cause.
     """
 
     poses: FloatArray

@@ -32,7 +32,7 @@ from labkit.support.arrays import FloatArray
 
 
 class History(NamedTuple):
-    """What the last steps measured, the newest first."""
+    """Measurements of the last steps, the newest first."""
 
     last_motion: FloatArray = STILL
     motions: tuple[FloatArray, ...] = ()  # that matches measured without doubt, or wheels told

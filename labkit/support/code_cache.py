@@ -70,7 +70,7 @@ def fingerprint() -> str:
 
 
 class _Locator(caching._CacheLocator):  # type: ignore[misc]
-    """Where numba keeps the code of a function: in a folder that is named by the sources."""
+    """Place of the code that numba keeps of a function: a folder named by the sources."""
 
     def __init__(self, function: Any, file: str) -> None:
         self._name = f"{Path(file).parent.name}-{function.__code__.co_firstlineno}"
