@@ -12,18 +12,17 @@ import math
 HISTORY = 40  # steps that a median is taken over
 FIRST_WHEEL_ERROR = (0.05, math.radians(4.0))  # [m], [rad]: stated, at rest
 FIRST_AGREEMENT = 0.9  # stated: a whole scan on its map
-LEAST_WHEEL_ERROR = (0.03, math.radians(1.5))  # [m], [rad]: turns of good wheels have heavy tails;
-# its way is also the standard deviation of a match along a direction that all of its walls face
+LEAST_WHEEL_ERROR = (0.03, math.radians(1.5))  # [m], [rad]: turns of good wheels have heavy tails
 QUANTILE = 0.8  # of the wheels' errors: most steps go straight on, and turns err most: late wheels
 USUAL_CHANGE = (0.5, math.radians(20.0))  # [m], [rad]: so much of a motion doubles the wheels'
 # error, and so much do two motions in a row differ: every 2nd scan
-UNUSUAL = 3.0  # times the usual: a match is expected within so many errors of the wheels, no step
-# leads farther than so many of the longest of the last motions, and the cost of a motion unlike
-# the wheels' is so much of a lack: a view of 90°
+UNUSUAL = 3.0  # times the usual: a match is expected within so many errors of the wheels, and no
+# step leads farther than so many of the longest of the last motions
 USUAL_LIMITS = (2.0, math.radians(90.0))  # [m], [rad]: of a step, where a user sets no limits
 
 # Believing (propose, score, choose)
 WHEEL_COST = 0.13  # of agreement, for each e-fold of a motion unlike the wheels': wheels slip
+MOTION_COST = 0.05  # the same for a motion unlike the last ones: no wheels
 RETURN_HANDICAP = 0.3  # of the pose that goes on from a refused match: wheels jump
 SURE_SCORE_ALONE = 0.8  # without wheels: a match that scores as much needs no search
 SURE_SCORE_AT_REST = 0.2  # the same beside wheels without an error: every 2nd scan
@@ -33,8 +32,7 @@ AT_ONCE = 0.6  # of what the best match in the window lacks to a score of 1: a m
 # less, or it is not believed: a door, wheels jump
 TIE = 0.01  # scores that differ by less are equal, and the first one wins: clean
 MARGIN = 0.05  # of agreement, or score: matches that differ by less fit equally well; far from
-# the wheels none of them is believed: noise of 30 mm more. As much costs, without wheels, each
-# e-fold of a motion unlike the last ones
+# the wheels none of them is believed: noise of 30 mm more
 MIN_AGREEMENT = 0.45  # a match that agrees less measures no error of the wheels; where the usual
 # one agrees less, these lead: clean, 30 % ghosts
 LEAD_AGREEMENT = 0.6  # the same where matches do not bear the wheels out: a third moving
@@ -42,6 +40,8 @@ LEAD_AGREEMENT = 0.6  # the same where matches do not bear the wheels out: a thi
 # Doubting (record)
 MAX_LACK = (0.5, 0.1)  # of agreement: a step that lacks more is doubtful, and after a doubtful one
 # a step that lacks more than the second: a door, people ahead
+SURPRISE = 3.0  # times the cost of a motion unlike the wheels' is a lack, too: a view of 90°
+MATCH_STD = 0.03  # [m] of a match along a direction that all of its walls face
 MAX_STD = 0.1  # [m] of a step along its weakest direction: twice as much is wrong: wheels late
 
 # Score of a place (score)

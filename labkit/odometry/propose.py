@@ -15,8 +15,8 @@ import numpy as np
 
 from labkit.line_alignment import Information
 from labkit.odometry.constants import (
-    MARGIN,
     MAX_STARTS,
+    MOTION_COST,
     RETURN_HANDICAP,
     SEARCH_FACTOR,
     SURE_SCORE_ALONE,
@@ -114,7 +114,7 @@ def expect(
             handicap=np.zeros(len(poses)),
             shift=USUAL_CHANGE[0],
             turn=USUAL_CHANGE[1],
-            cost_scale=MARGIN,
+            cost_scale=MOTION_COST,
             sure_score=SURE_SCORE_ALONE if has_measured else math.inf,
             T_search=T_map_last,
             search_shift=SEARCH_FACTOR * float(np.hypot(motions[:, 0], motions[:, 1]).max()),

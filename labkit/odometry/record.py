@@ -18,11 +18,12 @@ from labkit.odometry.constants import (
     LEAD_AGREEMENT,
     LEAST_WHEEL_ERROR,
     MARGIN,
+    MATCH_STD,
     MAX_LACK,
     MAX_STD,
     MIN_AGREEMENT,
     MIN_SCORE,
-    UNUSUAL,
+    SURPRISE,
 )
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
@@ -237,7 +238,7 @@ class StepRecord:
             return math.nan
         cost_of_motion = self.agreement - self.score
         if self.prior is not None:
-            cost_of_motion *= UNUSUAL
+            cost_of_motion *= SURPRISE
         return max(0.0, self.scales.agreement - self.agreement) + cost_of_motion
 
     @property
@@ -248,7 +249,7 @@ class StepRecord:
         NaN without a match.
         """
         std = float(self.evidence.std[0])
-        return std / math.sqrt(1.0 + max(0.0, self.information) * (std / LEAST_WHEEL_ERROR[0]) ** 2)
+        return std / math.sqrt(1.0 + max(0.0, self.information) * (std / MATCH_STD) ** 2)
 
     @cached_property
     def covariance(self) -> FloatArray:

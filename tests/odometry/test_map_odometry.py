@@ -21,7 +21,7 @@ from labkit.odometry import (
     increments_between,
     integrate,
 )
-from labkit.odometry.constants import HISTORY, LEAST_WHEEL_ERROR
+from labkit.odometry.constants import HISTORY, LEAST_WHEEL_ERROR, MATCH_STD
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.map_odometry import MapState
 from labkit.odometry.match import Match
@@ -305,7 +305,7 @@ def test_the_weakest_direction_is_told_by_wheels_and_walls_together(information)
 
     record = replace(BESIDE_WHEELS, information=information, evidence=evidence)
 
-    variance = 1.0 / (1.0 / 0.2**2 + information / LEAST_WHEEL_ERROR[0] ** 2)
+    variance = 1.0 / (1.0 / 0.2**2 + information / MATCH_STD**2)
     assert record.weakest_std == pytest.approx(math.sqrt(variance))
     assert record.is_doubtful == (information < 0.1)
 
