@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.deskew import Velocities, deskew, is_skewed
-from labkit.odometry.bent_walls import curvature
+from labkit.odometry.bent_walls import curvature, is_sampled
 from labkit.odometry.constants import KEPT_STEPS
 from labkit.odometry.integration import increments_of_scanner
 from labkit.odometry.parameters import OdometryParameters
@@ -113,7 +113,13 @@ class Odometry(ABC, Generic[State]):
         straight = scan if skewed is None or velocity is None else deskew(skewed, velocity)
         record, state = self.advance(run.state, self._filter(straight), prior)
         bare = replace(record, evidence=UNKNOWN)
-        step = Step(bare, prior, largest_range(scan), curvature(scan))
+        step = Step(
+            record=bare,
+            told=prior,
+            stamp=scan.stamp if isinstance(scan, Scan) else math.nan,
+            largest=largest_range(scan),
+            curvature=curvature(scan) if is_sampled(run.state.scans) else math.nan,
+        )
         after = Run(
             state=state,
             velocities=run.velocities.after(scan, record.increment),

@@ -11,8 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from labkit.odometry.constants import MAX_ROUGHNESS, MIN_CURVATURE, WALL_VIEW
+from labkit.odometry.constants import HISTORY, MAX_ROUGHNESS, WALL_VIEW
 from labkit.scan import Scan
+
+
+def is_sampled(number: int) -> bool:
+    """True for the scans of a run whose walls are looked at, the fewer the longer it is."""
+    return number % (1 + number // HISTORY) == 0
 
 
 def curvature(scan: Any) -> float:
@@ -37,7 +42,8 @@ def curvature(scan: Any) -> float:
     powers = np.vander(bearing, 3)
     parabolas = np.linalg.lstsq(powers, u)[0]
     is_smooth = (np.abs(powers @ parabolas / u - 1.0) < MAX_ROUGHNESS).all(axis=0)
-    second, _, zeroth = parabolas[:, is_smooth]
+    is_ring = (np.abs(u / u.mean(axis=0) - 1.0) < MAX_ROUGHNESS).all(axis=0)
+    second, _, zeroth = parabolas[:, is_smooth & ~is_ring]
     curvatures = -2.0 * second / zeroth
-    of_walls = curvatures[curvatures > MIN_CURVATURE]
+    of_walls = curvatures[curvatures > 0.0]
     return float(np.median(of_walls)) if len(of_walls) else math.nan

@@ -84,12 +84,10 @@ MIN_STEPS = (
 )
 # odd ones get no remark
 MIN_AGAINST_PRIOR = 3  # matches against the prior in a row: fewer get no remark
-MIN_RATIO = 0.5  # of a match's motion over the wheels', and its inverse; 0.96 to 1 on right logs
-MAX_SHARE_AT_LIMIT = 0.05  # of the beams, on average, that end at the largest range
+MAX_LEFT = 0.5  # of the difference between scans and wheels: a cause that leaves less is told
 WALL_VIEW = math.radians(30.0)  # of a stretch of beams that may show a wall
-MAX_ROUGHNESS = 0.05  # of the ranges of a wall: how far they lie off a smooth curve
-MIN_CURVATURE = 0.25  # −u''/u of a wall; less is a ring around the scanner: own casing
-STRAIGHT = (0.75, 1.6)  # −u''/u of walls that look straight; 0.98 to 1.02 on right logs
+MAX_ROUGHNESS = 0.05  # of the ranges of a wall: how far they lie off a smooth curve; those of a
+# ring around the scanner, its own casing, lie as near to their mean
 KEPT_STEPS = 4000  # of which a run keeps what its remarks need
 KEPT_MATCHES = 500  # of a run keep their points, 35 kB each with 720 beams; those before them keep
 # their covariance, which takes 1 to 3 ms
