@@ -38,11 +38,8 @@ MIN_AGREEMENT = 0.45  # a match that agrees less measures no error of the wheels
 LEAD_AGREEMENT = 0.6  # the same where matches do not bear the wheels out: a third moving
 
 # Doubting (record)
-MAX_LACK = (0.5, 0.1)  # of agreement: a step that lacks more is doubtful, and after a doubtful one
-# a step that lacks more than the second: a door, people ahead
-SURPRISE = 3.0  # times the cost of a motion unlike the wheels' is a lack, too: a view of 90°
-MATCH_STD = 0.03  # [m] of a match along a direction that all of its walls face
-MAX_STD = 0.1  # [m] of a step along its weakest direction: twice as much is wrong: wheels late
+MAX_ERROR = (0.1, math.radians(2.5))  # [m], [rad]: a step that may err by more is doubtful; twice
+# as much is wrong: all rows
 
 # Score of a place (score)
 CLEARANCE = 0.3  # [m]: a beam must end this far behind a point to have looked through it

@@ -1,9 +1,10 @@
-"""The lab's own odometry: propose, match, score, choose, against a map of the last key scans.
+"""The lab's own odometry: propose, match, score, choose, check, by a map of the last key scans.
 
 propose   where the robot may be: by the wheels or the last motions, and by a search
 match     ICP from each of these places
 score     how well the scan lies on the map there, and how unexpected the motion is  (5.3)
 choose    the highest score; outside the wheels' window only a match that is plainly better
+check     the same step by the last two scans alone
 
 Where the last scans fitted too little, the wheels lead, and none of this is done.
 """
@@ -19,13 +20,15 @@ import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.base import NO_POINTS, Odometry
-from labkit.odometry.constants import AT_ONCE, MARGIN, MAX_STD, MIN_SCORE, TIE
+from labkit.odometry.check import UNCHECKED, check_step
+from labkit.odometry.constants import AT_ONCE, MARGIN, MIN_SCORE, TIE
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.match import Match, match, stay
 from labkit.odometry.propose import Expectation, expect, propose
 from labkit.odometry.record import (
     STILL,
+    Check,
     Decision,
     Evidence,
     Scales,
@@ -38,7 +41,7 @@ from labkit.odometry.scales import History, growth_of
 from labkit.odometry.search import is_same_pose
 from labkit.odometry.wheels import believable_wheels, is_frozen
 from labkit.scan import Scan
-from labkit.se2 import from_xytheta, invert, relative, to_xytheta
+from labkit.se2 import from_xytheta, invert, relative, to_xytheta, wrap
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
 
@@ -54,11 +57,13 @@ class MapState(NamedTuple):
     last_scan: Target | None = None  # the last one with points
     history: History = History()
     T_last_refused: FloatArray | None = None  # where the last match ended, if it was refused
+    has_seen: bool = True  # whether the last scan with points is the one before, and no repeat
 
     def after(self, record: StepRecord, scan: Scan) -> MapState:
         """The state after a step. The map waits while a refused match may have been right."""
         increment = record.increment
         matched = record.decision.matched
+        has_points = len(scan) >= MIN_PAIRS
         next_map = self.map.follow(increment)
         if not record.has_rival:
             next_map = self.map.advance(scan, increment, record.prior, matched=matched)
@@ -66,9 +71,10 @@ class MapState(NamedTuple):
             pose=integrate_step(self.pose, increment),
             scans=self.scans + 1,
             map=next_map,
-            last_scan=Target(scan) if len(scan) >= MIN_PAIRS else self.last_scan,
+            last_scan=Target(scan) if has_points else self.last_scan,
             history=self.history.after(record, scan),
             T_last_refused=record.T_taken_refused,
+            has_seen=has_points,
         )
 
 
@@ -112,16 +118,17 @@ class MapOdometry(Odometry[MapState]):
             self.step(state, seen, wheels, scales),
             prior=None if wheels is None else prior,
             scales=scales,
-            after_doubt=state.history.last_doubtful,
             repeats=repeats,
         )
+        if record.decision.matched:
+            record = replace(record, check=self.check(state, scan, wheels, record.increment))
         if repeats:
             record = replace(record, reason=FROZEN)
         elif prior is not None and wheels is None:
             reasons = [why_ignored(prior, scales), record.reason]
             record = replace(record, reason=", ".join(filter(None, reasons)))
         elif record.is_doubtful and not record.reason:
-            record = replace(record, reason=why_doubtful(record, scales))
+            record = replace(record, reason=why_doubtful(record))
         return record, state.after(record, seen)
 
     def skip_repeat(
@@ -132,13 +139,19 @@ class MapOdometry(Odometry[MapState]):
             increment=STILL,
             decision=Decision.STAND,
             reason=FROZEN,
-            after_doubt=state.history.last_doubtful,
             repeats=True,
             scales=scales,
             evidence=Evidence(unmatched_std(None, self.parameters.limits, scales)),
         )
-        history = state.history._replace(last_doubtful=True)
-        return record, state._replace(scans=state.scans + 1, history=history)
+        return record, state._replace(scans=state.scans + 1, has_seen=False)
+
+    def check(
+        self, state: MapState, scan: Scan, wheels: FloatArray | None, increment: FloatArray
+    ) -> Check:
+        """The same step by the scan before alone; NaN where that has no points or came twice."""
+        if state.last_scan is None or not state.has_seen:
+            return UNCHECKED
+        return check_step(scan, state.last_scan, increment, wheels, self.parameters.icp)
 
     def step(
         self, state: MapState, scan: Scan, prior: FloatArray | None, scales: Scales
@@ -291,14 +304,16 @@ def why_ignored(told: FloatArray, scales: Scales) -> str:
     )
 
 
-def why_doubtful(record: StepRecord, scales: Scales) -> str:
+def why_doubtful(record: StepRecord) -> str:
     """Why a match that is believed may be wrong all the same, for a person."""
-    if record.degenerate or record.weakest_std > MAX_STD:
+    if record.check is None or not record.is_contradicted:
         return f"one direction is measured to {record.weakest_std:.2f} m only"
-    begins = "after a doubtful step " if record.after_doubt else ""
+    x, y, turn = (record.check.increment - record.increment).tolist()
+    if math.isnan(turn):
+        return "no match with the scan before bears it out"
     return (
-        f"{begins}the scan fits by {record.agreement:.2f}, usual are {scales.agreement:.2f}, and "
-        f"its motion costs {record.agreement - record.score:.2f}"
+        f"a match with the scan before alone leads {math.hypot(x, y):.2f} m and "
+        f"{math.degrees(abs(wrap(turn))):.1f}° elsewhere"
     )
 
 

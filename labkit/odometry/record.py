@@ -18,16 +18,14 @@ from labkit.odometry.constants import (
     LEAD_AGREEMENT,
     LEAST_WHEEL_ERROR,
     MARGIN,
-    MATCH_STD,
-    MAX_LACK,
-    MAX_STD,
+    MAX_ERROR,
     MIN_AGREEMENT,
     MIN_SCORE,
-    SURPRISE,
 )
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
+from labkit.se2 import wrap
 from labkit.support.arrays import EPSILON, FloatArray
 from labkit.support.errors import DegenerateAlignmentError
 from labkit.target import Target
@@ -126,6 +124,14 @@ class Evidence(NamedTuple):
 UNKNOWN = Evidence(STILL)
 
 
+class Check(NamedTuple):
+    """Motion of a step by the two scans alone; see `labkit.odometry.check`."""
+
+    increment: FloatArray  # (3,) [m, m, rad]; NaN where no match told it
+    rmse: float = math.nan  # of the kept pairs' residuals [m]
+    information: float = math.nan  # smallest eigenvalue
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StepRecord:
     """Record of one step: its decision, and the numbers of its best match (NaN without one).
@@ -166,8 +172,9 @@ class StepRecord:
         By how much the agreement exceeds that of the best match elsewhere; NaN if none was tried.
     against_prior : bool
         Whether the match lies beyond the limits around the prior, and was believed all the same.
-    after_doubt : bool
-        Whether the step before was doubtful: if it was wrong, this one starts from a wrong pose.
+    check : Check or None
+        The same motion by a match with the scan before alone; None where the step is such a match,
+        or was not matched.
     led : bool
         Whether the wheels lead: the last scans fitted too little to be believed beside them.
     repeats : bool
@@ -195,7 +202,7 @@ class StepRecord:
     score: float = math.nan
     margin: float = math.nan
     against_prior: bool = False
-    after_doubt: bool = False
+    check: Check | None = None
     led: bool = False
     repeats: bool = False
     T_taken_refused: FloatArray | None = field(default=None, repr=False)
@@ -216,40 +223,38 @@ class StepRecord:
     def is_doubtful(self) -> bool:
         """True if the step may be wrong.
 
-        It was not matched, or its match is ambiguous, lies against the prior, lacks too much (less
-        is enough after a doubtful step), or sees too little along a direction that wheels do not
-        tell well either.
+        It was not matched, or its match is ambiguous, lies against the prior, is contradicted by
+        the scan before, or sees too little along a direction that wheels do not tell well either.
         """
         if self.decision is Decision.START:
             return False
         is_unclear = not self.decision.matched or self.ambiguous or self.against_prior
         is_unmeasured = self.degenerate
         if self.prior is not None:
-            is_unmeasured = self.weakest_std > MAX_STD
-        return is_unclear or is_unmeasured or self.lack > MAX_LACK[self.after_doubt]
+            is_unmeasured = self.weakest_std > MAX_ERROR[0]
+        return is_unclear or is_unmeasured or self.is_contradicted
 
     @property
-    def lack(self) -> float:
-        """Agreement that the match lacks to the usual one, and the cost of its motion.
-
-        Beside wheels this counts three times. NaN without a score.
-        """
-        if self.scales is None:
-            return math.nan
-        cost_of_motion = self.agreement - self.score
-        if self.prior is not None:
-            cost_of_motion *= SURPRISE
-        return max(0.0, self.scales.agreement - self.agreement) + cost_of_motion
+    def is_contradicted(self) -> bool:
+        """True if a match with the scan before alone leads elsewhere, or found nothing."""
+        if self.check is None:
+            return False
+        x, y, turn = (self.check.increment - self.increment).tolist()
+        agrees = math.hypot(x, y) <= MAX_ERROR[0] and abs(wrap(turn)) <= MAX_ERROR[1]
+        return not agrees
 
     @property
     def weakest_std(self) -> float:
-        """Standard deviation [m] of a step along the direction that its match sees least.
+        """Standard deviation [m] of a step along the direction that two scans alone see least.
 
-        The match tells the less there, the fewer walls face it; beside it the wheels tell the rest.
-        NaN without a match.
+        Residuals of neighbours err alike, so many pairs measure as one does. The fewer walls face
+        the direction, the less they tell; beside them the wheels tell the rest. NaN without a
+        match.
         """
+        match = self if self.check is None else self.check
         std = float(self.evidence.std[0])
-        return std / math.sqrt(1.0 + max(0.0, self.information) * (std / MATCH_STD) ** 2)
+        ratio = std / max(match.rmse, EPSILON)
+        return std / math.sqrt(1.0 + max(0.0, match.information) * ratio**2)
 
     @cached_property
     def covariance(self) -> FloatArray:

@@ -42,7 +42,6 @@ class History(NamedTuple):
     intervals: tuple[float, ...] = ()  # [s] between two scans
     stamp: float = math.nan  # of the last scan [s]
     missed: int = 0  # steps since the last match
-    last_doubtful: bool = False
 
     def scales(self, scan: Scan, prior: FloatArray | None, limits: SanityLimits) -> Scales:
         """The scales by which the step to a scan is judged."""
@@ -100,7 +99,6 @@ class History(NamedTuple):
         intervals = (interval, *self.intervals) if interval > 0.0 else self.intervals
         return History(
             last_motion=last_motion,
-            last_doubtful=record.is_doubtful,
             motions=motions[:HISTORY],
             wheel_errors=errors[:HISTORY],
             wheel_factors=factors[:HISTORY],

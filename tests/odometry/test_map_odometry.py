@@ -21,11 +21,11 @@ from labkit.odometry import (
     increments_between,
     integrate,
 )
-from labkit.odometry.constants import HISTORY, LEAST_WHEEL_ERROR, MATCH_STD
+from labkit.odometry.constants import HISTORY
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.map_odometry import MapState
 from labkit.odometry.match import Match
-from labkit.odometry.record import Evidence, Scales, StepRecord, on_matched_points
+from labkit.odometry.record import Check, Evidence, StepRecord, on_matched_points
 from labkit.odometry.scales import History, growth_of
 from labkit.odometry.score import Score
 from labkit.parameters import ACCURATE
@@ -271,28 +271,21 @@ def test_wheels_that_stand_while_the_scan_moves_are_none():
 
 
 @pytest.mark.parametrize(
-    ("agreement", "cost", "after_doubt", "is_doubtful"),
+    ("off", "is_doubtful"),
     [
-        (0.9, 0.0, False, False),
-        (0.3, 0.0, False, True),
-        (0.9, 0.2, False, True),
-        (0.6, 0.1, False, True),
-        (0.7, 0.0, False, False),
-        (0.7, 0.0, True, True),
-        (0.9, 0.0, True, False),
+        ([0.07, -0.07, 0.0], False),
+        ([0.08, -0.08, 0.0], True),
+        ([0.0, 0.0, -2.4], False),
+        ([0.0, 0.0, 2.6], True),
+        ([math.nan, math.nan, math.nan], True),
     ],
 )
-def test_a_step_is_doubtful_that_fits_less_than_usual_or_moves_unlike_the_wheels(
-    agreement, cost, after_doubt, is_doubtful
-):
-    scales = Scales(*LEAST_WHEEL_ERROR, 1.0, 0.9, 1.0, 2.0, math.pi / 2.0)
+def test_a_step_is_doubtful_that_the_scan_before_alone_contradicts(off, is_doubtful):
+    half_turn = np.array([0.1, 0.0, math.pi])  # whose differences must be wrapped
+    told = half_turn + degrees(off) - [0.0, 0.0, math.tau]
 
     record = replace(
-        BESIDE_WHEELS,
-        scales=scales,
-        agreement=agreement,
-        score=agreement - cost,
-        after_doubt=after_doubt,
+        BESIDE_WHEELS, increment=half_turn, check=Check(told, rmse=0.01, information=0.5)
     )
 
     assert record.is_doubtful == is_doubtful
@@ -303,27 +296,36 @@ def test_the_weakest_direction_is_told_by_wheels_and_walls_together(information)
     """As of two measurements of one length: their inverse variances add up."""
     evidence = Evidence(np.array([0.2, 0.2, 0.1]))
 
-    record = replace(BESIDE_WHEELS, information=information, evidence=evidence)
+    check = Check(MOTION, rmse=0.02, information=information)
+    record = replace(BESIDE_WHEELS, check=check, evidence=evidence)
 
-    variance = 1.0 / (1.0 / 0.2**2 + information / MATCH_STD**2)
+    variance = 1.0 / (1.0 / 0.2**2 + information / check.rmse**2)
     assert record.weakest_std == pytest.approx(math.sqrt(variance))
     assert record.is_doubtful == (information < 0.1)
 
 
-def test_a_step_that_makes_up_for_a_doubtful_one_is_doubtful_too():
-    """Its own match may be perfect: it starts where the one before may have been wrong."""
-    wheels = PRIORS.copy()
-    wheels[5] += [0.0, 0.12, 0.0]
+def test_a_step_that_makes_up_for_a_wrong_one_is_doubtful_too():
+    """Its own match with the map is perfect: the scan before lies where it is not."""
+    older, newer = two_scans(room())
+    map_of_older = LocalMap(Target(older)).follow(degrees([0.15, 0.0, 0.0]))
+    state = MapState(STILL, 2, map_of_older, Target(older))
+
+    record = MapOdometry().advance(state, newer, None)[0]
+
+    assert record.agreement > 0.8
+    assert record.is_doubtful
+    assert record.reason.startswith("a match with the scan before alone leads 0.15 m")
+
+
+@pytest.mark.parametrize("wheels", [PRIORS, None])
+def test_after_a_scan_without_points_nothing_bears_the_next_step_out(wheels):
     blind = [EMPTY if k == 5 else scan for k, scan in enumerate(SCANS)]
 
-    lone = estimate_odometry(SCANS, wheels).records
-    after_blind = estimate_odometry(blind, wheels).records
+    records = estimate_odometry(blind, wheels).records
 
-    assert not lone[6].is_doubtful
-    assert after_blind[6].decision.matched
-    assert after_blind[6].is_doubtful
-    assert after_blind[6].reason.startswith("after a doubtful step the scan fits by")
-    assert not after_blind[8].is_doubtful
+    assert records[6].decision.matched
+    assert records[6].reason == "no match with the scan before bears it out"
+    assert [k for k in range(12) if records[k].is_doubtful] == [5, 6]
 
 
 def test_along_a_corridor_the_robot_goes_on_as_before_and_the_step_is_doubtful():
