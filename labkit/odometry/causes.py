@@ -31,8 +31,8 @@ UNITS = {  # by how many times too far the wheels seem to move
     1000.0: "are they in millimetres?",
     100.0: "are they in centimetres?",
     1.0 / 0.3048: "are they in feet?",
-    0.01: "are ranges in centimetres? `range_unit` of `read_log` (`--range-unit cm`) says so",
-    0.001: "are they in kilometres, or ranges in millimetres (`range_unit`, `--range-unit mm`)?",
+    0.01: "were they divided by 100 once too often?",
+    0.001: "were they divided by 1000 once too often?",
 }
 
 
@@ -53,7 +53,7 @@ class Motions(NamedTuple):
             return self.scans[:, 2], self.wheels[:, 2]
         return self.scans[:, 0] + 1j * self.scans[:, 1], self.wheels[:, 0] + 1j * self.wheels[:, 1]
 
-    def moved(self, part: int) -> BoolArray:
+    def motion_mask(self, part: int) -> BoolArray:
         """Steps in which scans or wheels tell a motion, and both are known."""
         of_scans, of_wheels = self.of(part)
         return np.maximum(abs(of_scans), abs(of_wheels)) > MIN_MOTION[part]
@@ -61,7 +61,7 @@ class Motions(NamedTuple):
     def ratios(self, part: int) -> FloatArray:
         """How many times as far as the scans the wheels moved, in steps where both did."""
         of_scans, of_wheels = self.of(part)
-        steps = self.moved(part) & (of_scans != 0.0) & (of_wheels != 0.0)
+        steps = self.motion_mask(part) & (of_scans != 0.0) & (of_wheels != 0.0)
         return np.asarray(of_wheels[steps] / of_scans[steps])
 
     def left(self, alike: Motions) -> float:
@@ -72,7 +72,7 @@ class Motions(NamedTuple):
         """
         share = 1.0
         for part in (WAY, TURN):
-            steps = self.moved(part) & np.isfinite(alike.scans + alike.wheels).all(axis=1)
+            steps = self.motion_mask(part) & np.isfinite(alike.scans + alike.wheels).all(axis=1)
             if steps.sum() >= MIN_STEPS:
                 before, after = (difference(*each.of(part), steps, part) for each in (self, alike))
                 share *= after / before
@@ -128,7 +128,7 @@ def turns_in_degrees(motions: Motions) -> Explanation | None:
     return Explanation(motions.left(motions._replace(scans=scans)), words)
 
 
-def turned_scanner(motions: Motions) -> Explanation | None:
+def mount_angle(motions: Motions) -> Explanation | None:
     """A scanner that is turned on the robot, by half a turn if it looks backwards."""
     ratios = motions.ratios(WAY)
     if not ratios.size:
@@ -236,7 +236,7 @@ CAUSES: tuple[Callable[[Motions], Explanation | None], ...] = (
     turns_in_degrees,
     *(partial(other_unit, factor=factor, question=words) for factor, words in UNITS.items()),
     bent_walls,
-    turned_scanner,
+    mount_angle,
     other_scale,
     other_turns,
     other_clock,

@@ -15,6 +15,7 @@ from labkit.odometry.constants import MIN_AGAINST_PRIOR, MIN_MOTION, MIN_STEPS, 
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.wheels import is_at_rest
 from labkit.scan import Scan
+from labkit.se2 import from_xytheta, to_xytheta
 from labkit.support.arrays import FloatArray
 
 
@@ -44,7 +45,7 @@ def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
         [cause] if cause else [],
         range_remarks(largest),
         repeat_remarks(records),
-        standing_remarks(steps),
+        standing_remarks(steps, common_range(largest)),
         impossible_remarks(steps),
         blind_remarks(steps, first_scan, common_range(largest)),
         against_prior_remarks(records, first_scan, common_range(largest)),
@@ -54,18 +55,25 @@ def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
 
 
 def motions_of(steps: Sequence[Step]) -> Motions:
-    """The motions of all steps but the first, by the scans where they matched and by the wheels."""
+    """The motions of all steps but the first, as the causes of a difference need them."""
     unknown = np.full(3, np.nan)
-    matched = [
-        step.record.increment if step.record.decision.matched else unknown for step in steps[1:]
-    ]
-    told = [unknown if step.told is None else step.told for step in steps[1:]]
+    scans = [motion_of_match(step.record) for step in steps[1:]]
+    wheels = [step.told for step in steps[1:]]
     return Motions(
-        scans=np.reshape(matched, (-1, 3)),
-        wheels=np.reshape(told, (-1, 3)),
+        scans=np.reshape([unknown if each is None else each for each in scans], (-1, 3)),
+        wheels=np.reshape([unknown if each is None else each for each in wheels], (-1, 3)),
         times=np.array([step.stamp for step in steps]),
         curvatures=np.array([step.curvature for step in steps]),
     )
+
+
+def motion_of_match(record: StepRecord) -> FloatArray | None:
+    """Where the match of a step ended, also if the wrong wheels were believed in its place."""
+    if record.decision.matched:
+        return record.increment
+    if record.T_taken_refused is None:
+        return None
+    return to_xytheta(from_xytheta(record.increment) @ record.T_taken_refused)
 
 
 def repeat_remarks(records: Sequence[StepRecord]) -> Iterator[str]:
@@ -128,8 +136,11 @@ def against_prior_remarks(
         )
 
 
-def standing_remarks(steps: Sequence[Step]) -> Iterator[str]:
-    """Wheels that stand while the scans move, or scans that stay while the wheels drive."""
+def standing_remarks(steps: Sequence[Step], largest: float) -> Iterator[str]:
+    """Wheels that stand while the scans move, or scans that stay while the wheels drive.
+
+    `largest` is the usual largest range [m].
+    """
     matched = [
         (step.told, step.record.increment)
         for step in steps
@@ -145,9 +156,10 @@ def standing_remarks(steps: Sequence[Step]) -> Iterator[str]:
     staying = sum(way_of(increment) <= REST[0] for increment in driving)
     if staying >= MIN_STEPS and staying > 0.5 * len(driving):
         yield (
-            f"in {staying} steps the wheels drove and the scans stayed: do many beams see the "
-            f"robot itself? `range_min` or `blind_beams` of `read_log` (`--range-min`, "
-            f"`--blind-beams`) leave them out"
+            f"in {staying} steps the wheels drove and the scans stayed: are ranges{reach(largest)} "
+            f"in metres (`range_unit` of `read_log`, `--range-unit`)? Or do many beams see the "
+            f"robot itself? `range_min` or `blind_beams` (`--range-min`, `--blind-beams`) leave "
+            f"them out"
         )
 
 

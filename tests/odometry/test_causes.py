@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from labkit import Scan, wrap
-from labkit.odometry import estimate_odometry, increments_between
+from labkit.odometry import Decision, StepRecord, estimate_odometry, increments_between
+from labkit.odometry.remarks import Step, remarks_on
+from labkit.se2 import from_xytheta, relative
 from labkit.simulation import Lidar, WheelNoise, room, scan_along, two_rooms, wheel_increments
 
 HALF_VIEW = Lidar(beam_count=181, field_of_view=math.pi)
@@ -85,7 +87,7 @@ FAULTS_OF_WHEELS = {
     "in millimetres?": lambda wheels: wheels * [1000.0, 1000.0, 1.0],
     "in centimetres?": lambda wheels: wheels * [100.0, 100.0, 1.0],
     "in feet?": lambda wheels: wheels * [3.28, 3.28, 1.0],
-    "in kilometres, or ranges in millimetres": lambda wheels: wheels * [0.001, 0.001, 1.0],
+    "divided by 1000 once too often": lambda wheels: wheels * [0.001, 0.001, 1.0],
     "are their metres right?": lambda wheels: wheels * [0.8, 0.8, 1.0],
     "turn 1.5 times as far": lambda wheels: wheels * [1.0, 1.0, 1.5],
     "wheels come 0.5 s too late": lambda wheels: np.roll(wheels, 5, axis=0),
@@ -121,3 +123,23 @@ def test_a_fault_of_the_wheels_is_told_once_by_its_name(name, words):
     (remark,) = remarks_of(scans, FAULTS_OF_WHEELS[words](wheels))
 
     assert words in remark
+
+
+def test_matches_that_were_refused_beside_wrong_wheels_tell_the_cause():
+    _, wheels = drive("room")
+    backwards = wheels * [-1.0, -1.0, 1.0]
+    steps = [
+        Step(
+            record=StepRecord(
+                increment=told,
+                decision=Decision.PRIOR,
+                T_taken_refused=relative(from_xytheta(told), from_xytheta(match)),
+            ),
+            told=told,
+        )
+        for told, match in zip(backwards, wheels, strict=True)
+    ]
+
+    (remark,) = remarks_on(steps)
+
+    assert "does it look backwards" in remark
