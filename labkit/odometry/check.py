@@ -41,9 +41,10 @@ def check_step(
     taken = Placement(source=scan, target=last_scan, parameters=parameters, T_target_source=T_taken)
     candidates: list[IcpResult | Placement] = [taken, *matches]
     best = min(candidates, key=lambda candidate: candidate.correspondences.cost)
+    noise = min(rmse_of(best.correspondences), parameters.huber_delta)
     observability = best.observability
     return Check(
         increment=to_xytheta(np.array(best.T_target_source)),
-        rmse=rmse_of(best.correspondences),
+        noise=noise,
         information=0.0 if observability is None else float(observability.values[0]),
     )

@@ -128,7 +128,7 @@ class Check(NamedTuple):
     """Motion of a step by the two scans alone; see `labkit.odometry.check`."""
 
     increment: FloatArray  # (3,) [m, m, rad]; NaN where no match told it
-    rmse: float = math.nan  # of the kept pairs' residuals [m]
+    noise: float = math.nan  # [m]: RMS of the residuals, or δ if that is less
     information: float = math.nan  # smallest eigenvalue
 
 
@@ -251,10 +251,11 @@ class StepRecord:
         the direction, the less they tell; beside them the wheels tell the rest. NaN without a
         match.
         """
-        match = self if self.check is None else self.check
+        noise, information = self.rmse, self.information
+        if self.check is not None:
+            noise, information = self.check.noise, self.check.information
         std = float(self.evidence.std[0])
-        ratio = std / max(match.rmse, EPSILON)
-        return std / math.sqrt(1.0 + max(0.0, match.information) * ratio**2)
+        return std / math.sqrt(1.0 + max(0.0, information) * (std / max(noise, EPSILON)) ** 2)
 
     @cached_property
     def covariance(self) -> FloatArray:

@@ -285,7 +285,7 @@ def test_a_step_is_doubtful_that_the_scan_before_alone_contradicts(off, is_doubt
     told = half_turn + degrees(off) - [0.0, 0.0, math.tau]
 
     record = replace(
-        BESIDE_WHEELS, increment=half_turn, check=Check(told, rmse=0.01, information=0.5)
+        BESIDE_WHEELS, increment=half_turn, check=Check(told, noise=0.01, information=0.5)
     )
 
     assert record.is_doubtful == is_doubtful
@@ -296,10 +296,10 @@ def test_the_weakest_direction_is_told_by_wheels_and_walls_together(information)
     """As of two measurements of one length: their inverse variances add up."""
     evidence = Evidence(np.array([0.2, 0.2, 0.1]))
 
-    check = Check(MOTION, rmse=0.02, information=information)
+    check = Check(MOTION, noise=0.02, information=information)
     record = replace(BESIDE_WHEELS, check=check, evidence=evidence)
 
-    variance = 1.0 / (1.0 / 0.2**2 + information / check.rmse**2)
+    variance = 1.0 / (1.0 / 0.2**2 + information / check.noise**2)
     assert record.weakest_std == pytest.approx(math.sqrt(variance))
     assert record.is_doubtful == (information < 0.1)
 
