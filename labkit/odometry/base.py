@@ -153,7 +153,7 @@ class Odometry(ABC, Generic[State]):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Oddities of the last 4,000 steps as a whole, with a likely cause."""
+        """What is odd in the last 4,000 steps as a whole: the likeliest cause, or nothing."""
         return remarks_on(self._run.steps, self._run.state.scans - len(self._run.steps))
 
     @property

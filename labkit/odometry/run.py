@@ -35,7 +35,7 @@ class OdometryResult:
     records : tuple of StepRecord
         One of each scan.
     remarks : tuple of str
-        Oddities of the run as a whole, with a likely cause.
+        What is odd in the run as a whole: the likeliest cause, or nothing.
     """
 
     poses: FloatArray

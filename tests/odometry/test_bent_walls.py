@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from labkit import Scan
-from labkit.odometry.bent_walls import curvature
+from labkit.odometry.bent_walls import curvature, is_sampled
 from labkit.simulation import Lidar, room, scan_along
 
 PATH = [[0.1 * k, -0.05 * k, 0.3 * k] for k in range(12)]
@@ -45,3 +45,11 @@ def test_a_ring_around_the_scanner_is_no_wall():
 )
 def test_a_scan_without_beams_that_could_show_a_wall_has_none(scan):
     assert math.isnan(curvature(scan))
+
+
+def test_the_walls_of_a_short_run_are_all_looked_at_and_few_of_a_long_one():
+    samples = [is_sampled(number) for number in range(4000)]
+
+    assert all(samples[:40])
+    assert sum(samples) < 0.1 * len(samples)
+    assert any(samples[2000:2100])

@@ -87,6 +87,7 @@ FAULTS_OF_WHEELS = {
     "in millimetres?": lambda wheels: wheels * [1000.0, 1000.0, 1.0],
     "in centimetres?": lambda wheels: wheels * [100.0, 100.0, 1.0],
     "in feet?": lambda wheels: wheels * [3.28, 3.28, 1.0],
+    "divided by 100 once too often": lambda wheels: wheels * [0.01, 0.01, 1.0],
     "divided by 1000 once too often": lambda wheels: wheels * [0.001, 0.001, 1.0],
     "are their metres right?": lambda wheels: wheels * [0.8, 0.8, 1.0],
     "turn 1.5 times as far": lambda wheels: wheels * [1.0, 1.0, 1.5],
