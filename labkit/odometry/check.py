@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from labkit.icp import icp
-from labkit.odometry.record import Check, Placement, rmse_of
+from labkit.odometry.record import Check, Placement, are_apart, rmse_of
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult
 from labkit.scan import Scan
@@ -28,12 +28,14 @@ def check_step(
     wheels: FloatArray | None,
     parameters: IcpParameters,
 ) -> Check:
-    """Match a scan with the one before, from the motion taken, (3,), and from that of the wheels.
+    """Match a scan with the one before, from the motion taken, (3,), and from wheels that differ.
 
     Of these matches, and of the scan as it was taken to lie, the one of the lowest cost counts.
     """
     T_taken = from_xytheta(increment)
-    guesses = [T_taken] if wheels is None else [T_taken, from_xytheta(wheels)]
+    guesses = [T_taken]
+    if wheels is not None and are_apart(wheels, increment):
+        guesses.append(from_xytheta(wheels))
     matches = [icp(scan, last_scan, T_guess, parameters) for T_guess in guesses]
     matches = [match for match in matches if not match.termination.failed]
     if not matches:

@@ -237,11 +237,7 @@ class StepRecord:
     @property
     def is_contradicted(self) -> bool:
         """True if a match with the scan before alone leads elsewhere, or found nothing."""
-        if self.check is None:
-            return False
-        x, y, turn = (self.check.increment - self.increment).tolist()
-        agrees = math.hypot(x, y) <= MAX_ERROR[0] and abs(wrap(turn)) <= MAX_ERROR[1]
-        return not agrees
+        return self.check is not None and are_apart(self.check.increment, self.increment)
 
     @property
     def weakest_std(self) -> float:
@@ -318,6 +314,13 @@ def record_of_match(
         degenerate=information is None or information.degenerate,
         evidence=Evidence(STILL, on_matched_points(match), T_target_last),
     )
+
+
+def are_apart(motion: FloatArray, other: FloatArray) -> bool:
+    """True if two motions (3,) differ by more than `MAX_ERROR`; NaN differs."""
+    x, y, turn = (motion - other).tolist()
+    are_near = math.hypot(x, y) <= MAX_ERROR[0] and abs(wrap(turn)) <= MAX_ERROR[1]
+    return not are_near
 
 
 def rmse_of(pairs: Correspondences) -> float:
