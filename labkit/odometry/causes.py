@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
-from statistics import median_low
 from typing import NamedTuple
 
 import numpy as np
@@ -185,22 +184,23 @@ def other_clock(motions: Motions) -> Explanation | None:
         times = np.arange(len(times), dtype=float)
         unit = "scans"
     step = float(np.median(np.diff(times)))
-    shares = {}
-    for quarters in range(-4 * MIN_STEPS, 4 * MIN_STEPS + 1):
-        lag = 0.25 * quarters * step
+    lags = 0.25 * step * np.arange(-4 * MIN_STEPS, 4 * MIN_STEPS + 1)
+    shares = []
+    for lag in lags:
         earlier = motions._replace(wheels=delay(motions.wheels, times, -lag))
         later = motions._replace(scans=delay(motions.scans, times, lag))
         # A shift between two scans smooths noise; only a lag helps whichever of both is shifted.
-        shares[lag] = max(motions.left(earlier), motions.left(later))
-    lag = min(shares, key=shares.__getitem__)
-    if shares[lag] >= MAX_LEFT * median_low(shares.values()):
-        return None  # other lags fit as well
-    when = "late" if lag > 0.0 else "early"
+        shares.append(max(motions.left(earlier), motions.left(later)))
+    best = int(np.argmin(shares))
+    nearly_best = np.flatnonzero(MAX_LEFT * np.array(shares) < shares[best])
+    if np.ptp(nearly_best) >= len(nearly_best):
+        return None  # lags far apart fit alike, as those of another drive do
+    when = "late" if lags[best] > 0.0 else "early"
     words = (
-        f"scans and wheels agree best if the wheels come {abs(lag):.2g} {unit} too {when}: are "
-        f"their clocks apart? Shift the times of one of them"
+        f"scans and wheels agree best if the wheels come {abs(lags[best]):.2g} {unit} too {when}: "
+        f"are their clocks apart? Shift the times of one of them"
     )
-    return Explanation(shares[lag], words)
+    return Explanation(shares[best], words)
 
 
 def delay(rows: FloatArray, times: FloatArray, lag: float) -> FloatArray:
@@ -249,3 +249,14 @@ def explain(motions: Motions) -> str | None:
     least = min(each.left for each in explanations)
     enough = min(MAX_LEFT, least / MAX_LEFT)
     return next((each.words for each in explanations if each.left < enough), None)
+
+
+def are_unlike(motions: Motions) -> bool:
+    """True if scans and wheels differ by more than half, in ways and in turns."""
+    product = 1.0
+    for part in (WAY, TURN):
+        steps = motions.motion_mask(part)
+        if steps.sum() < MIN_STEPS:
+            return False
+        product *= difference(*motions.of(part), steps, part)
+    return product > MAX_LEFT**2

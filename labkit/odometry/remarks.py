@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from labkit.odometry.causes import Motions, explain
+from labkit.odometry.causes import Motions, are_unlike, explain
 from labkit.odometry.constants import MIN_AGAINST_PRIOR, MIN_MOTION, MIN_STEPS, REST
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.wheels import is_at_rest
@@ -35,7 +35,8 @@ def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
     One fault shows in many ways, so only the first of them is told: a cause that explains the whole
     run, then what the scans alone show, then steps that are odd.
     """
-    cause = explain(motions_of(steps))
+    motions = motions_of(steps)
+    cause = explain(motions)
     largest = [step.largest for step in steps]
     if steps and steps[0].record.decision is Decision.START:
         steps = steps[1:]
@@ -48,6 +49,7 @@ def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
         standing_remarks(steps, common_range(largest)),
         impossible_remarks(steps),
         blind_remarks(steps, first_scan, common_range(largest)),
+        unlike_remarks(motions, common_range(largest)),
         against_prior_remarks(records, first_scan, common_range(largest)),
         free_remarks(records),
     )
@@ -120,6 +122,16 @@ def blind_remarks(steps: Sequence[Step], first_scan: int, largest: float) -> Ite
             f"{longest.words} were not matched, the first because "
             f"{records[longest.first_step].reason}: their motion was taken from the prior, or was "
             f"zero"
+        )
+
+
+def unlike_remarks(motions: Motions, largest: float) -> Iterator[str]:
+    """Wheels that tell other motions, though no cause is known; `largest` is as above [m]."""
+    if are_unlike(motions):
+        yield (
+            f"scans and wheels tell different motions, and no cause explains it: are the wheels of "
+            f"this drive, and ranges{reach(largest)} in metres? Without wheels (`--prior none`) "
+            f"the scans are matched alone"
         )
 
 

@@ -95,6 +95,7 @@ FAULTS_OF_WHEELS = {
     "wheels come 0.2 s too early": lambda wheels: np.roll(wheels, -2, axis=0),
     "stands while its scans moved": lambda wheels: wheels * (np.arange(40) < 25)[:, None],
     "does their counter wrap": jump,
+    "are the wheels of this drive": lambda wheels: np.random.default_rng(0).permutation(wheels),
 }
 
 
