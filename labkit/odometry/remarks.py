@@ -103,8 +103,8 @@ def blind_remarks(steps: Sequence[Step], first_scan: int, largest: float) -> Ite
         yield (
             f"{sum(unmatched)} of {len(unmatched)} steps had no match that is believed, the first "
             f"because {records[unmatched.index(True)].reason}: are ranges{reach(largest)} in "
-            f"metres (`range_unit` of `read_log`, `--range-unit`), and angles in radians? Does "
-            f"something hide the view?{wheels}"
+            f"metres (`range_unit` of `read_log`, `--range-unit`), and angles in radians? Do "
+            f"people, or the robot itself (`range_min`, `--range-min`), hide the view?{wheels}"
         )
         return
     led = [record.led for record in records]

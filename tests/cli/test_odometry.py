@@ -2,13 +2,16 @@
 
 import csv
 import errno
+import inspect
 import io
+import re
 
 import numpy as np
 import pytest
 
 from labkit.cli import outputs
 from labkit.logs import read_log, read_tum, write_tum
+from labkit.odometry import causes, remarks
 from labkit.se2 import from_xytheta, matrices_of
 from labkit.support.errors import WriteError
 
@@ -263,3 +266,13 @@ def test_what_cannot_be_done_is_said_and_leaves_no_file(
     assert message in err
     assert "Traceback" not in err
     assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("module", [causes, remarks])
+def test_each_option_that_a_remark_on_a_run_names_is_one_of_the_command(run, module):
+    named = re.findall(r"`(--[a-z-]+)", inspect.getsource(module))
+
+    _, out, _ = run("odometry", "--help")
+
+    assert named
+    assert [option for option in named if f"{option} " not in out] == []
