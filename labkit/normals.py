@@ -60,6 +60,7 @@ Sums = tuple[float, float, float, float, float, float]  # of w, w x, w y, w x²,
 Line = tuple[float, float, float, float, float]  # normal; p̄ along it; spreads across and along [m]
 NO_SUMS = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 NO_LINE = (math.nan, math.nan, 0.0, 0.0, 0.0)
+SPARSE = (HALF_WIDTH, LINEARITY, False)  # `line_width` of points that are no cloud
 
 
 def estimate_normals(scan: Scan | ArrayLike) -> FloatArray:
@@ -137,7 +138,7 @@ def line_width(grid: Grid) -> tuple[float, float, bool]:
     per_noise, linearity = WIDTH_PER_NOISE, WIDE_LINEARITY
     if not shows_line(spreads, radius, WIDTH_PER_NOISE):
         if short_radius == 0.0:
-            return HALF_WIDTH, LINEARITY, False
+            return SPARSE
         radius, spreads = short_radius, short_spreads
         per_noise, linearity = CORE_PER_NOISE, LINEARITY
 
@@ -152,7 +153,7 @@ def line_width(grid: Grid) -> tuple[float, float, bool]:
             break
         radius *= SHRINKAGE
     is_steady = core[0] >= STEADY * noise or core[1] < FILLED * core_radius
-    return (radius, linearity, True) if is_steady else (HALF_WIDTH, LINEARITY, False)
+    return (radius, linearity, True) if is_steady else SPARSE
 
 
 @compiled

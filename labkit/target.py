@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.neighbors import NearestNeighbors
-from labkit.normals import fit_lines, line_noise, line_width
+from labkit.normals import SPARSE, fit_lines, line_noise, line_width
 from labkit.parameters import IcpParameters
 from labkit.scan import Scan, as_scan
 from labkit.support.arrays import BoolArray, FloatArray, as_normals, read_only
@@ -108,13 +108,21 @@ class Target:
         noise = self.noise if self.dense else math.nan  # sparse points show it themselves
         return _part_of_target(scan, self.normals[is_kept], self._width, noise)
 
+    @classmethod
+    def on_lines(cls, points: ArrayLike, normals: ArrayLike) -> Target:
+        """The target of points (M, 2) that lie on their lines already: however dense, they stay.
+
+        So do those of a map: a line through several scans shows how these lie, not their noise.
+        """
+        return _part_of_target(Scan.from_points(points), normals, SPARSE, math.nan)
+
     def normals_for(self, parameters: IcpParameters) -> FloatArray:
         """The normals that the loop needs: those of all points, or none under point-to-point."""
         return self.normals if parameters.metric == "point_to_line" else NO_NORMALS
 
 
 def _part_of_target(
-    scan: Scan, normals: FloatArray, width: tuple[float, float, bool], noise: float
+    scan: Scan, normals: ArrayLike, width: tuple[float, float, bool], noise: float
 ) -> Target:
     """A target of points on lines, with normals, width and noise of a larger one if it is dense."""
     part = Target(scan, normals)

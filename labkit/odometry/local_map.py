@@ -1,8 +1,8 @@
 """Target of the next scan: a map of the last key scans.
 
 Against a map, errors add up from one key scan to the next, and not from one scan to the next.
-Each point of the map keeps the normal from its own scan: if two views of a wall lie a
-centimetre apart, a line through the mixture could have any direction.
+Each point of the map keeps its place and the normal from its own scan: if two views of a wall lie
+a centimetre apart, a line through the mixture could have any direction.
 """
 
 from __future__ import annotations
@@ -73,5 +73,5 @@ class LocalMap(NamedTuple):
             surplus = sum(sizes[:-KEY_SCANS])
             points = np.vstack([apply(T, self.target.scan.points[surplus:]), points])
             normals = np.vstack([self.target.normals[surplus:] @ T[:2, :2].T, normals])
-        target = Target(Scan.from_points(points), normals)
+        target = Target.on_lines(points, normals)
         return LocalMap(target, key, sizes=sizes[-KEY_SCANS:])
