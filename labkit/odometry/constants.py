@@ -30,7 +30,6 @@ SURE_SCORE_SLOPE = 0.7  # [1/m]: what each metre of the window adds to it
 MIN_SCORE = 0.1  # a match that scores less tells less than the wheels: gaps of 15 scans
 AT_ONCE = 0.6  # of what the best match in the window lacks to a score of 1: a match outside lacks
 # less, or it is not believed: a door, wheels jump
-TIE = 0.01  # scores that differ by less are equal, and the first one wins: clean
 MARGIN = 0.05  # of agreement, or score: matches that differ by less fit equally well; far from
 # the wheels none of them is believed: noise of 30 mm more
 MIN_AGREEMENT = 0.45  # a match that agrees less measures no error of the wheels; where the usual

@@ -21,7 +21,7 @@ import numpy as np
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.base import NO_POINTS, Odometry
 from labkit.odometry.check import UNCHECKED, check_step
-from labkit.odometry.constants import AT_ONCE, MARGIN, MIN_SCORE, TIE
+from labkit.odometry.constants import AT_ONCE, MARGIN, MIN_SCORE
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.match import Match, match, stay
@@ -193,10 +193,10 @@ class MapOdometry(Odometry[MapState]):
             if at_wheels.agreement >= max(best.agreement, MIN_SCORE):
                 best = at_wheels
         decision = Decision.SEARCH
-        if best is matches[0]:
-            decision = Decision.ICP
-        elif best is at_wheels:
+        if best is at_wheels:
             decision = Decision.CONFIRMED
+        elif is_same_pose(best.T, matches[0].T):
+            decision = Decision.ICP
         record = record_of_best(best, margin_of(best, matches), T_map_last, decision)
         if is_believed:
             T_taken_refused = None if rival is None else relative(best.T, rival.T)
@@ -228,8 +228,7 @@ class MapOdometry(Odometry[MapState]):
 
 def choose(matches: Sequence[Match]) -> Match:
     """The match of the highest score; of equals the first one."""
-    highest = max(match.score for match in matches)
-    return next(match for match in matches if match.score >= highest - TIE)
+    return max(matches, key=lambda match: match.score)
 
 
 def margin_of(best: Match, matches: Sequence[Match]) -> float:

@@ -12,7 +12,6 @@ from labkit.odometry.constants import (
     CLEARANCE,
     LEAST_WHEEL_ERROR,
     LOOKED_THROUGH_COST,
-    TIE,
     WHEEL_COST,
 )
 from labkit.odometry.map_odometry import choose, is_plainly_better, margin_of
@@ -226,7 +225,7 @@ def matches_of(*scores):
     [
         ([0.5, 0.6, 0.4], 1, 0.1),
         ([-math.inf, 0.6], 1, math.nan),
-        ([0.6, 0.6 + 0.9 * TIE], 0, -0.9 * TIE),
+        ([0.4, 0.6, 0.6], 1, 0.0),
         ([0.6, 0.0], 0, math.nan),
     ],
 )
