@@ -273,6 +273,7 @@ class StepRecord:
         # Residuals show what the map lacks, too; the noise of its points counts where it is more.
         resolution = max(placement.parameters.translation_tolerance, EPSILON)
         noise = float(np.fmax(self.rmse, resolution))
+        noise *= math.sqrt(2.0)  # the pose from which the step leads was matched, too, and errs alike
         J = np.eye(3)  # from the target's axes to those of scan k
         J[:2, :2] = self.evidence.T_target_last[:2, :2].T
         try:

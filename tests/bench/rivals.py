@@ -1,7 +1,8 @@
 """The lab's odometry beside scan matchers that people can install: same scans, wheels, reference.
 
 ``nice python tests/bench/rivals.py LOG... --repeats R --out FILE`` runs each odometry on each log
-(`odometry_logs` tells how references and relations are found), in an environment with
+(`odometry_logs` tells how references and relations are found, and `corrected` makes belgioioso,
+edmonton, fhw and seattle from public files), in an environment with
 ``tests/bench/requirements.txt``, and writes each result as a line of JSON when it is known. The
 runs of one log differ by a millimetre of range noise, and share it. ``rivals.py --page FILE...``
 writes ``book/rivals.md`` from the results.
