@@ -273,11 +273,11 @@ class StepRecord:
         # Residuals show what the map lacks, too; the noise of its points counts where it is more.
         resolution = max(placement.parameters.translation_tolerance, EPSILON)
         noise = float(np.fmax(self.rmse, resolution))
-        noise *= math.sqrt(2.0)  # the pose from which the step leads was matched, too, and errs alike
         J = np.eye(3)  # from the target's axes to those of scan k
         J[:2, :2] = self.evidence.T_target_last[:2, :2].T
         try:
-            covariance = fuse(placement, noise, STILL, wide)[1]
+            # The step leads from one match to another, which err alike.
+            covariance = 2.0 * fuse(placement, noise, STILL, 0.5 * wide)[1]
         except DegenerateAlignmentError:
             return wide
         return np.asarray(J @ covariance @ J.T)

@@ -2,14 +2,16 @@
 
 ``python tests/bench/corrected.py FOLDER FILE...`` writes ``NAME.log.gz``, whose poses are those of
 the wheels, and ``NAME.ref.tum.gz``, the poses of the mapper, into a folder; `odometry_logs` and
-what stands on it read both. The mapper wrote a FLASER line for each of its scans, with the corrected
-pose, and the same pose as ODOM. The ODOM lines until the next scan go on from there by the wheels.
+what stands on it read both. The mapper wrote a FLASER line for each of its scans, with the
+corrected pose, and the same pose as ODOM. The ODOM lines until the next scan go on from there by
+the wheels.
 """
 
 from __future__ import annotations
 
 import gzip
 import sys
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -36,7 +38,7 @@ def read_corrected(path: Path) -> list[CorrectedScan]:
     scans = []
     by_wheels = None
     is_repeated = False  # the ODOM line after a scan
-    for line in gzip.open(path, "rt", encoding="utf-8", errors="replace"):
+    for line in gzip.decompress(path.read_bytes()).decode("utf-8", "replace").splitlines():
         word, *fields = line.split() or [""]
         if word == "ODOM" and not is_repeated:
             by_wheels = pose_of(fields)
@@ -60,7 +62,7 @@ def chain_wheels(scans: list[CorrectedScan]) -> FloatArray:
     """The poses (K, 3) to which the wheels alone lead from the first one."""
     T = from_xytheta(scans[0].corrected)
     poses = [to_xytheta(T)]
-    for before, scan in zip(scans, scans[1:], strict=False):
+    for before, scan in pairwise(scans):
         T = T @ relative(from_xytheta(before.corrected), from_xytheta(scan.by_wheels))
         poses.append(to_xytheta(T))
     return np.array(poses)

@@ -374,11 +374,11 @@ def test_the_covariance_is_that_of_the_match_and_wide_without_one(noise_std):
     matched = step(older, newer, PRIOR)
     unmatched = step(older, EMPTY, PRIOR)
 
-    local_map = Target(older.points, Target(older).normals)
+    local_map = Target.on_lines(older.points, Target(older).normals)
     result = on_matched_points(icp(newer, local_map, from_xytheta(PRIOR), ACCURATE))
     wide = np.diag(matched.evidence.std**2)
     noise = matched.rmse
-    expected = fuse(result, noise, STILL, wide)[1]
+    expected = 2.0 * fuse(result, noise, STILL, 0.5 * wide)[1]
     np.testing.assert_allclose(matched.covariance, expected, rtol=1e-9)
     wheels_std = growth_of(PRIOR) * unmatched.scales.wheel_shift
     np.testing.assert_allclose(np.sqrt(unmatched.covariance[0, 0]), wheels_std)
