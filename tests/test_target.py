@@ -79,3 +79,15 @@ def test_a_part_of_a_dense_target_keeps_its_lines_wherever_it_goes(again):
     assert target.dense
     np.testing.assert_array_equal(made_again.points, part.points)
     np.testing.assert_array_equal(made_again.normals, part.normals)
+
+
+def test_points_on_lines_stay_however_dense_they_are():
+    """A map of many scans must not be smoothed as if it were one."""
+    dense = Target(cast(room(), np.eye(3), Lidar(beam_count=8_000, noise_std=0.01), rng=0))
+
+    as_map = Target.on_lines(dense.scan.points, dense.normals)
+
+    assert dense.dense
+    assert not as_map.dense
+    np.testing.assert_array_equal(as_map.points, dense.scan.points)
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(as_map)).points, dense.scan.points)
