@@ -252,11 +252,11 @@ def explain(motions: Motions) -> str | None:
 
 
 def are_unlike(motions: Motions) -> bool:
-    """True if scans and wheels differ by more than half, in ways and in turns."""
+    """True if scans and wheels differ by more than half of what they tell, in ways and in turns."""
     product = 1.0
     for part in (WAY, TURN):
         steps = motions.motion_mask(part)
         if steps.sum() < MIN_STEPS:
             return False
-        product *= difference(*motions.of(part), steps, part)
+        product *= 2.0 * difference(*motions.of(part), steps, part)  # over their mean
     return product > MAX_LEFT**2
