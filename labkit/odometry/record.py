@@ -257,9 +257,9 @@ class StepRecord:
     def covariance(self) -> FloatArray:
         """Covariance (3, 3) of the increment, computed when it is first asked for.
 
-        Censi's in the directions that the match sees. In those that it leaves free, and where
-        nothing was matched, the standard deviation is the wheels' usual error, or else a third of
-        the limits.
+        Censi's in the directions that the match sees, and the tolerances at which ICP stops. In
+        those that it leaves free, and where nothing was matched, the standard deviation is the
+        wheels' usual error, or else a third of the limits.
         """
         placement = self.evidence.placement
         if self.evidence.covariance is not None:
@@ -273,6 +273,7 @@ class StepRecord:
         # Residuals show what the map lacks, too; the noise of its points counts where it is more.
         resolution = max(placement.parameters.translation_tolerance, EPSILON)
         noise = float(np.fmax(self.rmse, resolution))
+        tolerances = [resolution, resolution, placement.parameters.rotation_tolerance]
         J = np.eye(3)  # from the target's axes to those of scan k
         J[:2, :2] = self.evidence.T_target_last[:2, :2].T
         try:
@@ -280,7 +281,7 @@ class StepRecord:
             covariance = 2.0 * fuse(placement, noise, STILL, 0.5 * wide)[1]
         except DegenerateAlignmentError:
             return wide
-        return np.asarray(J @ covariance @ J.T)
+        return np.asarray(J @ covariance @ J.T + np.diag(np.square(tolerances)))
 
     def let_match_go(self) -> StepRecord:
         """The record with its covariance in place of the match from which it is computed."""
