@@ -89,20 +89,20 @@ def difference(a: FloatArray, b: FloatArray, steps: BoolArray, part: int) -> flo
 
 
 class Explanation(NamedTuple):
-    """A cause, fitted to a run: the share of the difference that it leaves, and its words."""
+    """A cause, fitted to a run: the share of the difference that it leaves, and its remark."""
 
     left: float
-    words: str
+    remark: str
 
 
 def upside_down(motions: Motions) -> Explanation:
     """A scanner that hangs upside down, or counts its angles clockwise."""
     alike = motions._replace(wheels=motions.wheels * [1.0, -1.0, -1.0])
-    words = (
+    remark = (
         "the scans turn against the wheels: is the scanner upside down, or does it count its "
         "angles clockwise? If so, read the log with `mirrored=True`, or `--mirrored`"
     )
-    return Explanation(motions.left(alike), words)
+    return Explanation(motions.left(alike), remark)
 
 
 def turns_in_degrees(motions: Motions) -> Explanation | None:
@@ -119,12 +119,12 @@ def turns_in_degrees(motions: Motions) -> Explanation | None:
     scans = np.full_like(motions.scans, np.nan)
     scans[by_size, :2] = motions.scans[by_size, :2]
     scans[by_size, 2] = np.copysign(sizes, of_wheels[by_size])
-    words = (
+    remark = (
         f"the wheels tell turns of {math.degrees(np.median(abs(of_wheels[steps]))):.0f}° where the "
         f"scans turn by {math.degrees(np.median(abs(of_scans[steps]))):.0f}°, by the median: are "
         f"their turns, or headings, in degrees? Tell them in radians"
     )
-    return Explanation(motions.left(motions._replace(scans=scans)), words)
+    return Explanation(motions.left(motions._replace(scans=scans)), remark)
 
 
 def mount_angle(motions: Motions) -> Explanation | None:
@@ -135,19 +135,19 @@ def mount_angle(motions: Motions) -> Explanation | None:
     angle = float(np.angle(np.sum(ratios / abs(ratios))))
     c, s = math.cos(angle), math.sin(angle)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    words = (
+    remark = (
         f"the scans move in a direction {abs(math.degrees(angle)):.0f}° off that of the wheels: is "
         f"the scanner turned on the robot, or does it look backwards? If so, add {angle:.2f} to "
         f"the third number of `laser_offset`, or `--laser-offset`"
     )
-    return Explanation(motions.left(motions._replace(scans=motions.scans @ R.T)), words)
+    return Explanation(motions.left(motions._replace(scans=motions.scans @ R.T)), remark)
 
 
 def other_unit(motions: Motions, factor: float, question: str) -> Explanation:
     """Wheels, or ranges, in another unit than metres."""
     alike = motions._replace(scans=motions.scans * [factor, factor, 1.0])
-    words = f"the wheels move {factor:.4g} times as far as the scans: {question}"
-    return Explanation(motions.left(alike), words)
+    remark = f"the wheels move {factor:.4g} times as far as the scans: {question}"
+    return Explanation(motions.left(alike), remark)
 
 
 def other_scale(motions: Motions) -> Explanation | None:
@@ -167,11 +167,11 @@ def other_turns(motions: Motions) -> Explanation | None:
         return None
     factor = float(np.median(ratios))
     alike = motions._replace(scans=motions.scans * [1.0, 1.0, factor])
-    words = (
+    remark = (
         f"the wheels turn {factor:.3g} times as far as the scans: are their turns in radians, and "
         f"the angles of the beams right (`angles` of `read_log`, `--angles`)?"
     )
-    return Explanation(motions.left(alike), words)
+    return Explanation(motions.left(alike), remark)
 
 
 def other_clock(motions: Motions) -> Explanation | None:
@@ -196,11 +196,11 @@ def other_clock(motions: Motions) -> Explanation | None:
     if np.ptp(nearly_best) >= len(nearly_best):
         return None  # lags far apart fit alike, as those of another drive do
     when = "late" if lags[best] > 0.0 else "early"
-    words = (
+    remark = (
         f"scans and wheels agree best if the wheels come {abs(lags[best]):.2g} {unit} too {when}: "
         f"are their clocks apart? Shift the times of one of them"
     )
-    return Explanation(shares[best], words)
+    return Explanation(shares[best], remark)
 
 
 def delay(rows: FloatArray, times: FloatArray, lag: float) -> FloatArray:
@@ -223,18 +223,18 @@ def bent_walls(motions: Motions) -> Explanation | None:
     width = float(np.median(widths))
     left = difference(widths, np.full_like(widths, width), every, TURN)
     left /= difference(widths, np.ones_like(widths), every, TURN)
-    words = (
+    remark = (
         f"straight walls look bent, as if the angles of the beams were told {width:.2g} times as "
         f"wide as they are: give the right ones of the first and the last beam, in radians, by "
         f"`angles` of `read_log`, or `--angles`"
     )
-    return Explanation(left, words)
+    return Explanation(left, remark)
 
 
 CAUSES: tuple[Callable[[Motions], Explanation | None], ...] = (
     upside_down,
     turns_in_degrees,
-    *(partial(other_unit, factor=factor, question=words) for factor, words in UNITS.items()),
+    *(partial(other_unit, factor=factor, question=question) for factor, question in UNITS.items()),
     bent_walls,
     mount_angle,
     other_scale,
@@ -244,11 +244,11 @@ CAUSES: tuple[Callable[[Motions], Explanation | None], ...] = (
 
 
 def explain(motions: Motions) -> str | None:
-    """The words of the cause that explains best why scans and wheels differ, or None."""
+    """The remark of the cause that explains best why scans and wheels differ, or None."""
     explanations = [each for cause in CAUSES if (each := cause(motions)) is not None]
     least = min(each.left for each in explanations)
     enough = min(MAX_LEFT, least / MAX_LEFT)
-    return next((each.words for each in explanations if each.left < enough), None)
+    return next((each.remark for each in explanations if each.left < enough), None)
 
 
 def are_unlike(motions: Motions) -> bool:

@@ -75,11 +75,10 @@ SAME_POSE = (0.3, math.radians(6.0))  # [m], [rad]: poses that differ by less co
 SEARCH_FACTOR = 1.5  # reach of a search over the longest of the last motions, or the wheels' turn
 
 # Records and remarks (record, remarks, run)
-MIN_STEPS = (
-    10  # of any statistic over a run: so many of a stated value stand in at first, and fewer
-)
-# odd ones get no remark
-MIN_AGAINST_PRIOR = 3  # matches against the prior in a row: fewer get no remark
+MIN_STEPS = 10  # of any statistic over a run: so many of a stated value stand in at first, and
+# fewer odd ones get no remark
+MIN_ODD_STEPS = 3  # scans that repeat, wheels that tell too much, or matches against the wheels in
+# a row: fewer get no remark
 MAX_LEFT = 0.5  # of the difference between scans and wheels: a cause that leaves less is told
 WALL_VIEW = math.radians(30.0)  # of a stretch of beams that may show a wall
 MAX_ROUGHNESS = 0.05  # of the ranges of a wall: how far they lie off a smooth curve; those of a

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from labkit.odometry.causes import Motions, are_unlike, explain
-from labkit.odometry.constants import MIN_AGAINST_PRIOR, MIN_MOTION, MIN_STEPS, REST
+from labkit.odometry.constants import MIN_MOTION, MIN_ODD_STEPS, MIN_STEPS, REST
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.wheels import is_at_rest
 from labkit.scan import Scan
@@ -81,7 +81,7 @@ def motion_of_match(record: StepRecord) -> FloatArray | None:
 def repeat_remarks(records: Sequence[StepRecord]) -> Iterator[str]:
     """Scans that repeat the one before."""
     repeats = sum(record.repeats for record in records)
-    if repeats >= MIN_AGAINST_PRIOR:
+    if repeats >= MIN_ODD_STEPS:
         yield (
             f"{repeats} of {len(records)} scans repeat the one before to the last digit: does the "
             f"scanner hang? Only wheels can tell the motion there. If the log holds each scan "
@@ -140,7 +140,7 @@ def against_prior_remarks(
 ) -> Iterator[str]:
     """Several matches against the prior in a row; `largest` is the usual largest range [m]."""
     against_prior = [record.against_prior for record in records]
-    if longest := longest_stretch(against_prior, MIN_AGAINST_PRIOR, first_scan):
+    if longest := longest_stretch(against_prior, MIN_ODD_STEPS, first_scan):
         yield (
             f"{longest.words} were all matched against the prior: are the wheels of this drive, in "
             f"radians, and in metres as the ranges{reach(largest)}? If so, they failed there, or "
@@ -193,7 +193,7 @@ def impossible_remarks(steps: Sequence[Step]) -> Iterator[str]:
         if step.told is not None and not is_at_rest(step.told)
         if step.record.prior is None and step.record.scales is not None
     ]
-    if len(impossible) >= MIN_AGAINST_PRIOR:
+    if len(impossible) >= MIN_ODD_STEPS:
         first_told, scales = impossible[0]
         x, y, turn = first_told.tolist()
         motion, limit = f"{math.hypot(x, y):.3g} m", "`max_translation` (`--max-translation`)"
