@@ -23,7 +23,6 @@ USUAL_LIMITS = (2.0, math.radians(90.0))  # [m], [rad]: of a step, where a user 
 # Believing (propose, score, choose)
 WHEEL_COST = 0.13  # of agreement, for each e-fold of a motion unlike the wheels': wheels slip
 MOTION_COST = 0.05  # the same for a motion unlike the last ones: no wheels
-RETURN_HANDICAP = 0.3  # of the pose that goes on from a refused match: wheels jump
 SURE_SCORE_ALONE = 0.8  # without wheels: a match that scores as much needs no search
 SURE_SCORE_AT_REST = 0.2  # the same beside wheels without an error: every 2nd scan
 SURE_SCORE_SLOPE = 0.7  # [1/m]: what each metre of the window adds to it
@@ -83,7 +82,8 @@ MAX_LEFT = 0.5  # of the difference between scans and wheels: a cause that leave
 WALL_VIEW = math.radians(30.0)  # of a stretch of beams that may show a wall
 MAX_ROUGHNESS = 0.05  # of the ranges of a wall: how far they lie off a smooth curve; those of a
 # ring around the scanner, its own casing, lie as near to their mean
-KEPT_STEPS = 4000  # of which a run keeps what its remarks need
-KEPT_MATCHES = 500  # of a run keep their points, 35 kB each with 720 beams; those before them keep
-# their covariance, which takes 1 to 3 ms
+KEPT_STEPS = (
+    500  # of a run that is driving now tell its remark; of any run keep their points, 35 kB
+)
+# each with 720 beams, and those before them their covariance, which takes 1 to 3 ms
 RETRY_SHARE = 0.5  # of the gate and of each ICP step, in the lesson's second attempt

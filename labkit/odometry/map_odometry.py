@@ -179,30 +179,24 @@ class MapOdometry(Odometry[MapState]):
             is_sure = best.score >= expected.sure_score
             if leads or (is_sure and not (best.is_degenerate and prior is None)):
                 break
-        at_wheels = None
-        rival = None
-        is_believed = best.score > MIN_SCORE and not leads
+        choice = Choice(best, best.score > MIN_SCORE)
         if prior is not None:
             at_wheels = stay(scan, target, expected, self.parameters.icp)
-            nearest = best_in_window([at_wheels, *matches], expected)
-            if not expected.holds(best.T) and not is_plainly_better(best, nearest, matches):
-                is_believed = nearest.score > MIN_SCORE and not leads
-                if is_believed:
-                    rival = best if math.isfinite(best.score) else None  # not of a failed match
-                    best = nearest
-            if at_wheels.agreement >= max(best.agreement, MIN_SCORE):
-                best = at_wheels
+            choice = choose_beside_wheels(matches, at_wheels, expected)
         decision = Decision.SEARCH
-        if best is at_wheels:
+        if choice.confirms_wheels:
             decision = Decision.CONFIRMED
-        elif is_same_pose(best.T, matches[0].T):
+        elif is_same_pose(choice.match.T, matches[0].T):
             decision = Decision.ICP
-        record = record_of_best(best, margin_of(best, matches), T_map_last, decision)
-        if is_believed:
-            T_taken_refused = None if rival is None else relative(best.T, rival.T)
-            record = replace(record, T_taken_refused=T_taken_refused)
-            return believe(record, prior, self.parameters.limits, scales)
-        return self.refuse(replace(record, led=leads), prior, history, scales)
+        margin = margin_of(choice.match, matches)
+        record = record_of_best(choice.match, margin, T_map_last, decision)
+        if leads or not choice.is_believed:
+            return self.refuse(replace(record, led=leads), prior, history, scales)
+        T_taken_refused = None
+        if choice.rival is not None:
+            T_taken_refused = relative(choice.match.T, choice.rival.T)
+        record = replace(record, T_taken_refused=T_taken_refused)
+        return believe(record, prior, self.parameters.limits, scales)
 
     def refuse(
         self, record: StepRecord, prior: FloatArray | None, history: History, scales: Scales
@@ -226,9 +220,40 @@ class MapOdometry(Odometry[MapState]):
         )
 
 
+class Choice(NamedTuple):
+    """The match that is chosen."""
+
+    match: Match
+    is_believed: bool
+    rival: Match | None = None  # a better one outside the wheels' window
+    confirms_wheels: bool = False  # it is the scan at the wheels' own pose
+
+
 def choose(matches: Sequence[Match]) -> Match:
     """The match of the highest score; of equals the first one."""
     return max(matches, key=lambda match: match.score)
+
+
+def choose_beside_wheels(
+    matches: Sequence[Match], at_wheels: Match, expected: Expectation
+) -> Choice:
+    """The choice where wheels tell a motion: outside their window a match must be plainly better.
+
+    The scan at the wheels' own pose wins where it agrees as well as the best match.
+    """
+    best = choose(matches)
+    nearest = choose([match for match in [at_wheels, *matches] if expected.holds(match.T)])
+    is_outside = not expected.holds(best.T) and not is_plainly_better(best, nearest, matches)
+    if is_outside and nearest.score <= MIN_SCORE:
+        return Choice(best, is_believed=False)
+    rival = None
+    if is_outside:
+        has_score = math.isfinite(best.score)  # a failed match has none
+        rival = best if has_score else None
+        best = nearest
+    if at_wheels.agreement >= max(best.agreement, MIN_SCORE):
+        return Choice(at_wheels, is_believed=True, rival=rival, confirms_wheels=True)
+    return Choice(best, best.score > MIN_SCORE, rival)
 
 
 def margin_of(best: Match, matches: Sequence[Match]) -> float:
@@ -243,12 +268,6 @@ def margin_of(best: Match, matches: Sequence[Match]) -> float:
 def elsewhere(best: Match, matches: Sequence[Match]) -> list[Match]:
     """The matches that ended at other poses than one of them."""
     return [match for match in matches if not is_same_pose(best.T, match.T)]
-
-
-def best_in_window(matches: Sequence[Match], expected: Expectation) -> Match:
-    """The match of the highest score among those in the window around the wheels."""
-    inside = [match for match in matches if expected.holds(match.T)]
-    return max(inside, key=lambda match: match.score)
 
 
 def is_plainly_better(match: Match, nearest: Match, matches: Sequence[Match]) -> bool:

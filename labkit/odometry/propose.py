@@ -17,7 +17,6 @@ from labkit.line_alignment import Information
 from labkit.odometry.constants import (
     MAX_STARTS,
     MOTION_COST,
-    RETURN_HANDICAP,
     SEARCH_FACTOR,
     SURE_SCORE_ALONE,
     SURE_SCORE_AT_REST,
@@ -40,8 +39,7 @@ class Expectation(NamedTuple):
 
     poses: FloatArray  # (K, 3, 3), the likeliest first
     first_count: int  # of them: those that are tried in the first round
-    handicap: FloatArray  # (J,): added to the squared distance from each of the first J poses,
-    # by which a pose is judged; the others are only tried
+    judged_count: int  # of them: those by which a pose is judged; the others are only tried
     shift: float  # to either side: half of the window in which a match is expected [m]
     turn: float  # the same [rad]
     cost_scale: float  # c, of agreement: what a pose so unlike all costs that u = 1.7
@@ -55,14 +53,14 @@ class Expectation(NamedTuple):
 
         The directions `free`, shape (F, 2), do not count.
         """
-        poses = self.poses[: len(self.handicap)]
+        poses = self.poses[: self.judged_count]
         offset = poses[:, :2, 2] - T[:2, 2]
         if free is not None:
             offset = offset - (offset @ free.T) @ free
         R = T[:2, :2].T @ poses[:, :2, :2]
         turn = np.arctan2(R[:, 1, 0], R[:, 0, 0]) / self.turn
         shift = np.hypot(offset[:, 0], offset[:, 1]) / self.shift
-        return np.asarray(shift**2 + turn**2 + self.handicap)
+        return np.asarray(shift**2 + turn**2)
 
     def holds(self, T: FloatArray) -> bool:
         """True if a pose lies in the window around the likeliest one; NaN does not."""
@@ -111,7 +109,7 @@ def expect(
         return Expectation(
             poses=poses,
             first_count=1,
-            handicap=np.zeros(len(poses)),
+            judged_count=len(poses),
             shift=USUAL_CHANGE[0],
             turn=USUAL_CHANGE[1],
             cost_scale=MOTION_COST,
@@ -131,7 +129,7 @@ def expect(
     return Expectation(
         poses=poses,
         first_count=len(starts),
-        handicap=np.asarray(RETURN_HANDICAP * np.arange(len(starts)), np.float64),
+        judged_count=len(starts),
         shift=shift,
         turn=turn,
         cost_scale=WHEEL_COST,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.odometry.base import Odometry
-from labkit.odometry.constants import KEPT_MATCHES
+from labkit.odometry.constants import KEPT_STEPS
 from labkit.odometry.integration import increments_between
 from labkit.odometry.map_odometry import MapOdometry
 from labkit.odometry.parameters import OdometryParameters
@@ -131,8 +131,8 @@ def estimate_odometry(
         records.append(odometry.update(scan, prior))
         steps.append(odometry.last_step)
         poses.append(odometry.pose)
-        if len(records) > KEPT_MATCHES:
-            oldest = -KEPT_MATCHES - 1
+        if len(records) > KEPT_STEPS:
+            oldest = -KEPT_STEPS - 1
             records[oldest] = records[oldest].let_match_go()
     result = OdometryResult(
         poses=np.array(poses).reshape(-1, 3),

@@ -426,7 +426,7 @@ def test_a_record_holds_no_more_points_than_its_scan_matched():
 
 def test_a_long_run_lets_matches_go_and_keeps_their_covariances(monkeypatch):
     whole = estimate_odometry(SCANS, PRIORS)
-    monkeypatch.setattr("labkit.odometry.run.KEPT_MATCHES", 3)
+    monkeypatch.setattr("labkit.odometry.run.KEPT_STEPS", 3)
 
     run = estimate_odometry(SCANS, PRIORS)
 
