@@ -10,8 +10,6 @@ import math
 
 # What a run measures on itself (scales)
 HISTORY = 40  # steps that a median is taken over
-FIRST_WHEEL_ERROR = (0.05, math.radians(4.0))  # [m], [rad]: stated, at rest
-FIRST_AGREEMENT = 0.9  # stated: a whole scan on its map
 LEAST_WHEEL_ERROR = (0.03, math.radians(1.5))  # [m], [rad]: turns of good wheels have heavy tails
 QUANTILE = 0.8  # of the wheels' errors: most steps go straight on, and turns err most: late wheels
 USUAL_CHANGE = (0.5, math.radians(20.0))  # [m], [rad]: so much of a motion doubles the wheels'
@@ -23,9 +21,8 @@ USUAL_LIMITS = (2.0, math.radians(90.0))  # [m], [rad]: of a step, where a user 
 # Believing (propose, score, choose)
 WHEEL_COST = 0.13  # of agreement, for each e-fold of a motion unlike the wheels': wheels slip
 MOTION_COST = 0.05  # the same for a motion unlike the last ones: no wheels
-SURE_SCORE_ALONE = 0.8  # without wheels: a match that scores as much needs no search
-SURE_SCORE_AT_REST = 0.2  # the same beside wheels without an error: every 2nd scan
-SURE_SCORE_SLOPE = 0.7  # [1/m]: what each metre of the window adds to it
+SURE_SCORE = 0.8  # a match that scores as much needs no search
+SURE_SCORE_SLOPE = 1.0  # [1/m] of half the window around wheels, where that is less: every 2nd scan
 MIN_SCORE = 0.1  # a match that scores less tells less than the wheels: gaps of 15 scans
 AT_ONCE = 0.6  # of what the best match in the window lacks to a score of 1: a match outside lacks
 # less, or it is not believed: a door, wheels jump
@@ -41,7 +38,6 @@ MAX_ERROR = (0.1, math.radians(2.5))  # [m], [rad]: a step that may err by more 
 
 # Score of a place (score)
 CLEARANCE = 0.3  # [m]: a beam must end this far behind a point to have looked through it
-MAX_GAP = math.radians(5.0)  # between two beams farther apart nobody knows what stands
 LOOKED_THROUGH_COST = 0.5  # of agreement, if beams look through all walls in view
 
 # Wheels and things that lie as they lay (wheels, carried)
@@ -56,17 +52,15 @@ CARRIED_SHARES = (
 )  # of a scan's points: fewer lie so by chance, more tell of slips
 
 # Map (local_map)
-KEY_SCANS = 30  # in the map, however long the robot drives
+KEY_SCANS = 60  # in the map, however long the robot drives: acapulco and edmonton, clean
 KEY_MOTION = (0.3, math.radians(20.0))  # [m], [rad]: a robot that went farther takes a key scan
 MAP_CELL = 0.05  # [m]: a key scan keeps one point in each square of this size
 
 # Search (search)
 CELL = 0.1  # [m]: side of a cell of the tables; a point one cell away counts exp(−½)
 COARSE_CELLS = 4  # cells from one coarse pose to the next; a point farther away counts nothing
-COARSE_TURN = math.radians(2.0)  # [rad] from one coarse pose to the next
-MAX_RANGE = (
-    20.0  # [m]: points farther away move too far in a coarse turn; a search reaches half of it
-)
+MAX_RANGE = 20.0  # [m]: points farther away do not count; a search reaches half of it, and a
+# coarse turn moves a point there by a coarse cell
 MAX_POINTS = 100  # of the source that are looked up
 MAX_COARSE_POSES = 200  # of the highest scores: a fine search goes on from them
 MAX_STARTS = 8  # poses that are worth trying with ICP, of the fine search and of the expected

@@ -14,13 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from labkit.odometry.constants import (
-    FIRST_AGREEMENT,
-    FIRST_WHEEL_ERROR,
     HISTORY,
     LEAST_WHEEL_ERROR,
     MIN_AGREEMENT,
     MIN_STEPS,
     QUANTILE,
+    UNUSUAL,
     USUAL_CHANGE,
 )
 from labkit.odometry.record import STILL, Decision, Scales, StepRecord
@@ -46,7 +45,8 @@ class History(NamedTuple):
     def scales(self, scan: Scan, prior: FloatArray | None, limits: SanityLimits) -> Scales:
         """The scales by which the step to a scan is judged."""
         unmeasured = max(0, MIN_STEPS - len(self.wheel_errors))
-        errors = np.array([*self.wheel_errors, *[FIRST_WHEEL_ERROR] * unmeasured])
+        stated_error = UNUSUAL * np.array(LEAST_WHEEL_ERROR)
+        errors = np.array([*self.wheel_errors, *[stated_error] * unmeasured])
         sigmas = NormalDist().inv_cdf(0.5 + 0.5 * QUANTILE)  # that it spans of a Gaussian
         usual_error = np.quantile(errors, QUANTILE, axis=0) / sigmas
         shift_error, turn_error = np.maximum(usual_error, LEAST_WHEEL_ERROR).tolist()
@@ -59,7 +59,7 @@ class History(NamedTuple):
             wheel_shift=shift_error,
             wheel_turn=turn_error,
             wheel_factor=median_low([*self.wheel_factors, *[1.0] * MIN_STEPS]),
-            agreement=median([*self.agreements, *[FIRST_AGREEMENT] * MIN_STEPS]),
+            agreement=median([*self.agreements, *[1.0] * MIN_STEPS]),
             steps=steps,
             max_shift=steps * max_shift,
             max_turn=min(math.pi, steps * max_turn),

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from labkit.correspondences import loss_of
-from labkit.odometry.constants import CLEARANCE, LOOKED_THROUGH_COST, MAX_GAP
+from labkit.odometry.constants import CLEARANCE, LOOKED_THROUGH_COST
 from labkit.odometry.propose import Expectation
 from labkit.odometry.record import Placement
 from labkit.result import IcpResult
@@ -70,7 +70,7 @@ def share_looked_through(
         x = T[0, 0] * dx + T[1, 0] * dy
         y = T[0, 1] * dx + T[1, 1] * dy
         k = np.searchsorted(bearings, math.atan2(y, x))  # the point lies between beams k − 1 and k
-        if k in (0, len(bearings)) or bearings[k] - bearings[k - 1] >= MAX_GAP:
+        if k in (0, len(bearings)):
             continue
         if distance < min(lengths[k - 1], lengths[k]) - CLEARANCE:
             looked_through += 1
