@@ -36,7 +36,7 @@ from kiss_icp.kiss_icp import KissICP
 from disturbances import BOOK, WRONG, Drive, ate_of, jittered, off
 from labkit import Scan, from_xytheta, to_xytheta, transform
 from labkit.odometry import estimate_odometry, integrate
-from labkit.odometry.constants import KEY_MOTION, KEY_SCANS
+from labkit.odometry.constants import KEY_MOTION
 from labkit.se2 import apply, invert
 from labkit.support.arrays import FloatArray
 from labkit.support.warm import warm
@@ -58,6 +58,7 @@ KARTO_KEY_DISTANCE = 20.0  # [m] from the newest scan
 KISS_VOXEL = 0.2  # [m]: rooms, where its own (a hundredth of the range) is made for streets
 KISS_RANGE = 80.0  # [m]
 GICP_GATE = 0.5  # [m]
+GICP_KEY_SCANS = 30
 
 
 def wheels_alone(scans: Sequence[Scan], wheels: FloatArray) -> FloatArray:
@@ -133,7 +134,7 @@ def small_gicp(scans: Sequence[Scan], wheels: FloatArray) -> FloatArray:
     motions = from_xytheta(np.vstack([np.zeros(3), wheels]))
     T = np.eye(3)
     T_key = np.eye(3)
-    keys: deque[FloatArray] = deque(maxlen=KEY_SCANS)
+    keys: deque[FloatArray] = deque(maxlen=GICP_KEY_SCANS)
     poses = []
     for scan, motion in zip(scans, motions, strict=True):
         T = T @ motion
