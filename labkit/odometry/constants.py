@@ -59,8 +59,8 @@ MAP_CELL = 0.05  # [m]: a key scan keeps one point in each square of this size
 # Search (search)
 CELL = 0.1  # [m]: side of a cell of the tables; a point one cell away counts exp(−½)
 COARSE_CELLS = 4  # cells from one coarse pose to the next; a point farther away counts nothing
-MAX_RANGE = 20.0  # [m]: points farther away do not count; a search reaches half of it, and a
-# coarse turn moves a point there by a coarse cell
+COARSE_TURN = math.radians(2.0)  # [rad] from one coarse pose to the next: no wheels
+MAX_RANGE = 20.0  # [m]: points farther away move too far in a coarse turn; a search reaches half
 MAX_POINTS = 100  # of the source that are looked up
 MAX_COARSE_POSES = 200  # of the highest scores: a fine search goes on from them
 MAX_STARTS = 8  # poses that are worth trying with ICP, of the fine search and of the expected

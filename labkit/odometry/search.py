@@ -22,6 +22,7 @@ import numpy as np
 from labkit.odometry.constants import (
     CELL,
     COARSE_CELLS,
+    COARSE_TURN,
     MAX_COARSE_POSES,
     MAX_POINTS,
     MAX_RANGE,
@@ -35,8 +36,6 @@ from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.compiled import compiled
 from labkit.target import Target
 
-MAX_REACH = 0.5 * MAX_RANGE  # [m] to either side
-COARSE_TURN = COARSE_CELLS * CELL / MAX_REACH  # [rad] from one coarse pose to the next
 FINE_ROTATIONS = from_xytheta(np.outer(np.linspace(-0.5, 0.5, 5), [0.0, 0.0, COARSE_TURN]))
 
 
@@ -132,7 +131,7 @@ def search(
     points = np.array(points, order="C")  # one kind of array, compiled once and ahead
     turn_count = math.ceil(min(window[1], math.pi) / COARSE_TURN)
     turns = np.outer(np.arange(-turn_count, turn_count + 1), [0.0, 0.0, COARSE_TURN])
-    max_shift = min(window[0], MAX_REACH)
+    max_shift = min(window[0], 0.5 * MAX_RANGE)
     shifts = COARSE_CELLS * _square(math.ceil(max_shift / (COARSE_CELLS * CELL)))
     rotated = T_target_source @ from_xytheta(turns)
     scores = mean_values(field.coarse, field.corner, points, rotated, shifts)
