@@ -113,6 +113,11 @@ class LogOptions:
             check_range(self.time_increment, "time_increment", at_least=0.0, at_most=1.0, unit="s")
         if self.directions is not None:
             check_angles(np.array(self.directions), "angles")
+            if self.directions[0] == self.directions[1]:
+                raise InvalidParameterError(
+                    f"must differ for the first and the last beam, got {self.directions!r}",
+                    parameter="angles",
+                )
         if self.blind.dtype.kind not in "iu" or (self.blind < 0).any():
             raise InvalidParameterError(
                 f"must be whole numbers of beams, from 0 on, got {self.blind_beams!r:.80}",

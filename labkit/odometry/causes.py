@@ -23,13 +23,14 @@ from labkit.odometry.constants import (
     USUAL_CHANGE,
 )
 from labkit.se2 import wrap
-from labkit.support.arrays import BoolArray, FloatArray
+from labkit.support.arrays import EPSILON, BoolArray, FloatArray
 
 WAY, TURN = 0, 1
 UNITS = {  # by how many times too far the wheels seem to move
     1000.0: "are they in millimetres?",
     100.0: "are they in centimetres?",
     1.0 / 0.3048: "are they in feet?",
+    0.3048: "are the ranges in feet?",
     0.01: "were they divided by 100 once too often?",
     0.001: "were they divided by 1000 once too often?",
 }
@@ -60,7 +61,7 @@ class Motions(NamedTuple):
     def ratios(self, part: int) -> FloatArray:
         """How many times as far as the scans the wheels moved, in steps where both did."""
         of_scans, of_wheels = self.of(part)
-        steps = self.motion_mask(part) & (of_scans != 0.0) & (of_wheels != 0.0)
+        steps = self.motion_mask(part) & (np.minimum(abs(of_scans), abs(of_wheels)) > EPSILON)
         return np.asarray(of_wheels[steps] / of_scans[steps])
 
     def left(self, alike: Motions) -> float:
@@ -100,7 +101,19 @@ def upside_down(motions: Motions) -> Explanation:
     alike = motions._replace(wheels=motions.wheels * [1.0, -1.0, -1.0])
     remark = (
         "the scans turn against the wheels: is the scanner upside down, or does it count its "
-        "angles clockwise? If so, read the log with `mirrored=True`, or `--mirrored`"
+        "angles clockwise? If so, read the log with `mirrored=True`, or `--mirrored` (without it, "
+        "if it was read so). If the map shows left on the left, the wheels count turns clockwise: "
+        "change the sign of their turns"
+    )
+    return Explanation(motions.left(alike), remark)
+
+
+def clockwise_turns(motions: Motions) -> Explanation:
+    """Wheels that count their turns clockwise, beside scans that are right."""
+    alike = motions._replace(wheels=motions.wheels * [1.0, 1.0, -1.0])
+    remark = (
+        "the wheels turn against the scans: do they count turns clockwise? If so, change the sign "
+        "of their turns"
     )
     return Explanation(motions.left(alike), remark)
 
@@ -151,12 +164,12 @@ def other_unit(motions: Motions, factor: float, question: str) -> Explanation:
 
 
 def other_scale(motions: Motions) -> Explanation | None:
-    """Wheels that tell all ways too long, or too short, by one factor."""
+    """Wheels or ranges that tell all ways too long, or too short, by one factor."""
     ratios = motions.ratios(WAY)
     if not ratios.size:
         return None
     factor = float(np.median(abs(ratios)))
-    question = "are their metres right? The run corrects them by this factor"
+    question = "are their metres right, and those of the ranges? The run goes by the ranges"
     return other_unit(motions, factor, question)
 
 
@@ -233,6 +246,7 @@ def bent_walls(motions: Motions) -> Explanation | None:
 
 CAUSES: tuple[Callable[[Motions], Explanation | None], ...] = (
     upside_down,
+    clockwise_turns,
     turns_in_degrees,
     *(partial(other_unit, factor=factor, question=question) for factor, question in UNITS.items()),
     bent_walls,

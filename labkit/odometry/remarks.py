@@ -52,6 +52,7 @@ def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
         unlike_remarks(motions, common_range(largest)),
         against_prior_remarks(records, first_scan, common_range(largest)),
         free_remarks(records),
+        doubtful_remarks(records, first_scan),
     )
     return tuple(islice(remarks, 1))
 
@@ -214,6 +215,18 @@ def free_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
             f"{unmeasured} of {len(steps)} steps left a direction free, such as the way along a "
             f"wall, and no wheels told it: nothing measured how far the robot drove there; add "
             f"wheel odometry"
+        )
+
+
+def doubtful_remarks(records: Sequence[StepRecord], first_scan: int) -> Iterator[str]:
+    """Most steps doubtful, for reasons that differ."""
+    doubtful = [record.is_doubtful for record in records]
+    if sum(doubtful) > 0.5 * max(len(doubtful), MIN_STEPS):
+        first = doubtful.index(True)
+        yield (
+            f"{sum(doubtful)} of {len(doubtful)} steps may be wrong, the first one to scan "
+            f"{first_scan + first}: {records[first].reason or 'a direction is free'}; "
+            f"`StepRecord.is_doubtful` marks them"
         )
 
 
