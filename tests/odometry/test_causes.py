@@ -91,7 +91,7 @@ FAULTS_OF_WHEELS = {
     "they in feet?": lambda wheels: wheels * [3.28, 3.28, 1.0],
     "divided by 100 once too often": lambda wheels: wheels * [0.01, 0.01, 1.0],
     "divided by 1000 once too often": lambda wheels: wheels * [0.001, 0.001, 1.0],
-    "are their metres right?": lambda wheels: wheels * [0.8, 0.8, 1.0],
+    "are their metres right": lambda wheels: wheels * [0.8, 0.8, 1.0],
     "turn 1.5 times as far": lambda wheels: wheels * [1.0, 1.0, 1.5],
     "wheels come 0.5 s too late": lambda wheels: np.roll(wheels, 5, axis=0),
     "wheels come 0.2 s too early": lambda wheels: np.roll(wheels, -2, axis=0),
