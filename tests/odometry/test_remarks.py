@@ -127,6 +127,16 @@ def test_a_scanner_that_is_blocked_for_long_is_told(priors, blocked):
     assert [remark.startswith(first) for remark in remarks] == [True] * (blocked >= 10)
 
 
+def test_a_run_most_of_whose_steps_are_doubtful_says_so():
+    ambiguous = StepRecord(increment=np.zeros(3), decision=Decision.ICP, margin=-0.1)
+    sure = replace(ambiguous, margin=0.5)
+
+    (remark,) = remarks_on([Step(ambiguous)] * 7 + [Step(sure)] * 6)
+
+    assert remark.startswith("7 of 13 steps may be wrong, the first one to scan 0")
+    assert remarks_on([Step(ambiguous)] * 6 + [Step(sure)] * 7) == ()
+
+
 def test_a_stretch_where_the_wheels_lead_is_told():
     steps = [StepRecord(increment=np.zeros(3), decision=Decision.ICP)] * 30
     led = [StepRecord(increment=np.zeros(3), decision=Decision.PRIOR, led=True)] * 12

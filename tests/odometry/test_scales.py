@@ -83,6 +83,7 @@ def test_an_ambiguous_motion_is_not_expected_again():
     assert len(history.motions) == 1
 
 
+@pytest.mark.filterwarnings("ignore:6 of 8 steps may be wrong")
 def test_a_motion_that_makes_up_for_missed_steps_is_held_for_none():
     scans = [Scan.from_points([]) if k in (3, 4, 5, 7) else SCANS[k] for k in range(9)]
 
