@@ -600,7 +600,7 @@ def row_of(name: str, runs: list[dict[str, Any]]) -> list[str]:
     wrong, told, flagged, steps = (
         sum(run[key] for run in runs) for key in ("wrong", "flagged_wrong", "flagged", "steps")
     )
-    doubted = f"{100.0 * (flagged - told) / (steps - wrong):.1f} %"
+    doubted = f"{100.0 * (flagged - told) / max(1, steps - wrong):.1f} %"
     counted = [run["nees"] for run in runs if "nees" in run]
     nees = f"{np.median(counted):.1f}" if counted else "–"
     return [name, *figures, alone, str(wrong), str(told), doubted, nees, str(len(runs))]

@@ -231,6 +231,9 @@ time is processor time of a step on a busy machine: compare it within a log only
 - **small_gicp**: generalised ICP against the last 30 key scans, chosen by the lab's rule, with a
   gate of 0.5 m.
 
+Belgioioso, edmonton, fhw and seattle are made by `tests/bench/corrected.py` from the public logs of
+acschaefer/ple, with the poses of GMapping as reference.
+
 `tests/bench/rivals.py` writes this page; its parameters stand there."""
 
 
