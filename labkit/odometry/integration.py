@@ -34,6 +34,12 @@ def integrate_step(pose: ArrayLike, increment: ArrayLike) -> FloatArray:
     return np.array([new_x, new_y, wrap(heading + turn)])  # (5.1)
 
 
+def is_within(motion: FloatArray, limits: tuple[float, float]) -> bool:
+    """True if a motion (3,) leads no farther than the limits, [m] and [rad]; NaN is not within."""
+    x, y, turn = motion.tolist()
+    return math.hypot(x, y) <= limits[0] and abs(turn) <= limits[1]
+
+
 def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
     """Poses (K+1, 3) from K increments (K, 3), each in the frame of the pose before it."""
     still = np.zeros((1, 3))  # only wraps the heading of the start

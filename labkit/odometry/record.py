@@ -22,6 +22,7 @@ from labkit.odometry.constants import (
     MIN_AGREEMENT,
     MIN_SCORE,
 )
+from labkit.odometry.integration import is_within
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
@@ -82,8 +83,7 @@ class Scales(NamedTuple):
 
     def allow(self, motion: FloatArray) -> bool:
         """True if a motion is one that the robot can do; NaN is none."""
-        x, y, turn = motion.tolist()
-        return math.hypot(x, y) <= self.max_shift and abs(turn) <= self.max_turn
+        return is_within(motion, (self.max_shift, self.max_turn))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -320,9 +320,9 @@ def record_of_match(
 
 def are_apart(motion: FloatArray, other: FloatArray) -> bool:
     """True if two motions (3,) differ by more than `MAX_ERROR`; NaN differs."""
-    x, y, turn = (motion - other).tolist()
-    are_near = math.hypot(x, y) <= MAX_ERROR[0] and abs(wrap(turn)) <= MAX_ERROR[1]
-    return not are_near
+    difference = motion - other
+    difference[2] = wrap(difference[2])
+    return not is_within(difference, MAX_ERROR)
 
 
 def rmse_of(pairs: Correspondences) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 
 from labkit.odometry.causes import Motions, are_unlike, explain
 from labkit.odometry.constants import MIN_MOTION, MIN_ODD_STEPS, MIN_STEPS, REST
+from labkit.odometry.integration import is_within
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.wheels import is_at_rest
 from labkit.scan import Scan
@@ -71,7 +72,7 @@ def motions_of(steps: Sequence[Step]) -> Motions:
 
 
 def motion_of_match(record: StepRecord) -> FloatArray | None:
-    """Where the match of a step ended, also if the wrong wheels were believed in its place."""
+    """Motion to where the match of a step ended, also if wrong wheels were believed instead."""
     if record.decision.matched:
         return record.increment
     if record.T_taken_refused is None:
@@ -183,7 +184,7 @@ def way_of(motion: FloatArray) -> float:
 
 def moves(motion: FloatArray) -> bool:
     """True for a motion that tells more than noise."""
-    return way_of(motion) > MIN_MOTION[0] or abs(float(motion[2])) > MIN_MOTION[1]
+    return not is_within(motion, MIN_MOTION)
 
 
 def impossible_remarks(steps: Sequence[Step]) -> Iterator[str]:

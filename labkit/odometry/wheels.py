@@ -14,6 +14,7 @@ import numpy as np
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.carried import mask_repeats
 from labkit.odometry.constants import MIN_MOTION, REST, SAME_VIEW_SHARE
+from labkit.odometry.integration import is_within
 from labkit.odometry.record import Scales
 from labkit.scan import Scan
 from labkit.support.arrays import FloatArray
@@ -22,8 +23,7 @@ from labkit.target import Target
 
 def is_at_rest(told: FloatArray) -> bool:
     """True if wheels tell that the robot stands."""
-    x, y, turn = told.tolist()
-    return math.hypot(x, y) <= REST[0] and abs(turn) <= REST[1]
+    return is_within(told, REST)
 
 
 def scale_of(told: FloatArray, measured: FloatArray) -> float:
