@@ -8,6 +8,7 @@ import pytest
 from labkit.logs import LogOptions
 from labkit.logs.lines import DamageReport
 from labkit.logs.scanner import Scanner
+from labkit.support.errors import InvalidParameterError
 
 N = 120
 STEP = 2.0 * math.pi / N
@@ -60,3 +61,8 @@ def test_blind_beams_make_no_point_and_those_that_are_not_there_are_told(report)
     scan = scanner.scan([1.0, 2.0, 3.0], np.arange(3.0)).make()
     assert scan.beams.tolist() == [0, 2]
     assert "1 scans have fewer beams than `blind_beams`" in report.all_remarks(1)[0]
+
+
+def test_equal_angles_of_the_first_and_the_last_beam_are_refused():
+    with pytest.raises(InvalidParameterError, match=r"`angles` must differ .* got \(0\.5, 0\.5\)"):
+        LogOptions(angles=(0.5, 0.5))
