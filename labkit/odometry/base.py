@@ -153,7 +153,7 @@ class Odometry(ABC, Generic[State]):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is odd in the last 500 steps as a whole: the likeliest cause, or nothing."""
+        """The likeliest cause of what is odd in the last 500 steps as a whole, or nothing."""
         return remarks_on(self._run.steps, self._run.state.scans - len(self._run.steps))
 
     @property

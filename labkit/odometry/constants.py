@@ -46,10 +46,7 @@ SAME_VIEW_SHARE = 0.9  # of a scan's points that repeat those of the scan before
 MIN_MOTION = (0.05, math.radians(2.0))  # [m], [rad]: what moves less tells no ratio
 REPEAT_DISTANCE = 0.1  # [m]: a point repeats an earlier one that lies nearer; twice as far from
 # the map it is off the map
-CARRIED_SHARES = (
-    0.1,
-    0.65,
-)  # of a scan's points: fewer lie so by chance, more tell of slips
+CARRIED_SHARES = (0.1, 0.65)  # of a scan's points: fewer lie so by chance, more tell of slips
 
 # Map (local_map)
 KEY_SCANS = 60  # in the map, however long the robot drives: acapulco and edmonton, clean
@@ -76,8 +73,6 @@ MAX_LEFT = 0.5  # of the difference between scans and wheels: a cause that leave
 WALL_VIEW = math.radians(30.0)  # of a stretch of beams that may show a wall
 MAX_ROUGHNESS = 0.05  # of the ranges of a wall: how far they lie off a smooth curve; those of a
 # ring around the scanner, its own casing, lie as near to their mean
-KEPT_STEPS = (
-    500  # of a run that is driving now tell its remark; of any run keep their points, 35 kB
-)
-# each with 720 beams, and those before them their covariance, which takes 1 to 3 ms
+KEPT_STEPS = 500  # tell the remark on a run that is driving now; in any run they keep their points,
+# 35 kB each with 720 beams, and those before them their covariance, which takes 1 to 3 ms
 RETRY_SHARE = 0.5  # of the gate and of each ICP step, in the lesson's second attempt

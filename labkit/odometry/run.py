@@ -35,7 +35,7 @@ class OdometryResult:
     records : tuple of StepRecord
         One of each scan.
     remarks : tuple of str
-        What is odd in the run as a whole: the likeliest cause, or nothing.
+        The likeliest cause of what is odd in the run as a whole, or nothing.
     """
 
     poses: FloatArray
