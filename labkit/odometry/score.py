@@ -21,7 +21,6 @@ from labkit.odometry.constants import CLEARANCE, LOOKED_THROUGH_COST
 from labkit.odometry.propose import Expectation
 from labkit.odometry.record import Placement
 from labkit.result import IcpResult
-from labkit.scan import Scan
 from labkit.schedule import gate_of
 from labkit.support.arrays import FloatArray
 from labkit.support.compiled import compiled
@@ -42,34 +41,31 @@ def score(result: IcpResult | Placement, expected: Expectation) -> Score:
     max_loss = math.inf if gate == math.inf else loss_of(gate, result.parameters.huber_delta)
     agreement = 1.0 - min(1.0, result.correspondences.cost / max_loss)
     T = np.array(result.T_target_source)
-    bearings, lengths = beams_of(result.source)
-    looked_through = share_looked_through(bearings, lengths, np.array(result.target.points), T)
+    looked_through = share_looked_through(result.source.points, result.target.points, T)
     if looked_through > 0.0:  # NaN where nothing of the map is in view
         agreement -= LOOKED_THROUGH_COST * looked_through
     return Score(agreement - expected.cost(T), agreement)
 
 
 @compiled
-def share_looked_through(
-    bearings: FloatArray, lengths: FloatArray, target: FloatArray, T: FloatArray
-) -> float:
-    """Share of the visible target points that beams pass through, at the pose T.
+def share_looked_through(source: FloatArray, target: FloatArray, T: FloatArray) -> float:
+    """Share of the visible target points that the beams to the source points pass through, at T.
 
-    The beams, of `beams_of`, are sorted by their bearing [rad]; their lengths are in [m]. Points
-    hidden behind the beams' ends are not in view; NaN where none is.
+    Points hidden behind the beams' ends are not in view; NaN where none is.
     """
+    bearings, lengths = beams_of(source)
     looked_through = 0
     hit = 0
     max_distance = lengths.max() + CLEARANCE
     for i in range(len(target)):
         dx = target[i, 0] - T[0, 2]
         dy = target[i, 1] - T[1, 2]
-        distance = math.hypot(dx, dy)
+        distance = math.sqrt(dx * dx + dy * dy)
         if distance > max_distance:
             continue
         x = T[0, 0] * dx + T[1, 0] * dy
         y = T[0, 1] * dx + T[1, 1] * dy
-        k = np.searchsorted(bearings, math.atan2(y, x))  # the point lies between beams k − 1 and k
+        k = np.searchsorted(bearings, bearing(x, y))  # the point lies between beams k − 1 and k
         if k in (0, len(bearings)):
             continue
         if distance < min(lengths[k - 1], lengths[k]) - CLEARANCE:
@@ -80,10 +76,21 @@ def share_looked_through(
     return looked_through / visible if visible > 0 else math.nan
 
 
-def beams_of(source: Scan) -> tuple[FloatArray, FloatArray]:
-    """Bearings [rad], ascending, and lengths [m] of the beams that returned."""
-    x, y = source.points.T
-    bearings = np.arctan2(y, x)
-    lengths = np.hypot(x, y)
-    order = np.argsort(bearings, kind="stable")
+@compiled
+def beams_of(source: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Bearings, ascending, and lengths [m] of the beams to points (N, 2)."""
+    bearings = np.empty(len(source))
+    lengths = np.empty(len(source))
+    for i in range(len(source)):
+        bearings[i] = bearing(source[i, 0], source[i, 1])
+        lengths[i] = math.hypot(source[i, 0], source[i, 1])
+    order = np.argsort(bearings, kind="mergesort")
     return bearings[order], lengths[order]
+
+
+@compiled
+def bearing(x: float, y: float) -> float:
+    """A number from −2 to 2 that grows as the angle of (x, y) does, at a tenth of its price."""
+    size = abs(x) + abs(y)
+    share = y / size if size > 0.0 else 0.0
+    return share if x >= 0.0 else math.copysign(2.0, y) - share

@@ -18,7 +18,7 @@ from labkit.odometry.map_odometry import choose, is_plainly_better, margin_of
 from labkit.odometry.match import Match
 from labkit.odometry.propose import propose
 from labkit.odometry.record import Scales
-from labkit.odometry.score import beams_of, score, share_looked_through
+from labkit.odometry.score import bearing, score, share_looked_through
 from labkit.parameters import ACCURATE
 from labkit.se2 import from_xytheta, transform
 from labkit.simulation import Lidar, cast, room
@@ -40,34 +40,48 @@ def two_scans():
     return newer, Target(older)
 
 
+def looked_through(source, target, T):
+    source, target = (Scan.from_points(points).points for points in (source, target))
+    return share_looked_through(source, target, T)
+
+
 def test_beams_look_through_a_wall_that_is_not_there():
     wall = np.column_stack([np.full(41, 4.0), np.linspace(-1.0, 1.0, 41)])
     curtain = wall * [0.5, 0.4]
-    beams = beams_of(Scan.from_points(wall))
 
-    assert share_looked_through(*beams, wall, np.eye(3)) == 0.0
-    assert share_looked_through(*beams, curtain, np.eye(3)) == 1.0
+    assert looked_through(wall, wall, np.eye(3)) == 0.0
+    assert looked_through(wall, curtain, np.eye(3)) == 1.0
     both = np.vstack([wall, curtain])
-    assert share_looked_through(*beams, both, np.eye(3)) == pytest.approx(0.5, abs=0.02)
+    assert looked_through(wall, both, np.eye(3)) == pytest.approx(0.5, abs=0.02)
 
 
 def test_nobody_knows_what_is_hidden_or_out_of_view():
     wall = np.column_stack([np.full(41, 4.0), np.linspace(-1.0, 1.0, 41)])
-    beams = beams_of(Scan.from_points(wall))
     hidden = wall + np.array([9.0, 0.0])
 
-    assert math.isnan(share_looked_through(*beams, hidden, np.eye(3)))
-    assert math.isnan(share_looked_through(*beams, -wall, np.eye(3)))
+    assert math.isnan(looked_through(wall, hidden, np.eye(3)))
+    assert math.isnan(looked_through(wall, -wall, np.eye(3)))
 
 
 def test_beams_are_looked_along_from_the_pose():
     wall = np.column_stack([np.full(41, 4.0), np.linspace(-1.0, 1.0, 41)])
-    beams = beams_of(Scan.from_points(wall))
     back = from_xytheta([-2.0 * CLEARANCE, 0.0, 0.0])
     nearer_wall = wall - np.array([2.0 * CLEARANCE, 0.0])
 
-    assert share_looked_through(*beams, nearer_wall, back) == 0.0  # the wall moved along
-    assert share_looked_through(*beams, nearer_wall, np.eye(3)) > 0.9
+    assert looked_through(wall, nearer_wall, back) == 0.0  # the wall moved along
+    assert looked_through(wall, nearer_wall, np.eye(3)) > 0.9
+
+
+def test_a_bearing_grows_as_the_angle_does():
+    """From −π to π, its ends and the axes included."""
+    angles = np.array([-math.pi, *np.random.default_rng(0).uniform(-math.pi, math.pi, 99), math.pi])
+    x, y = np.cos(angles), np.sin(angles)
+    x[[0, -1]], y[[0, -1]] = -1.0, [-0.0, 0.0]
+    bearings = [bearing(*point) for point in zip(x, y, strict=True)]
+
+    np.testing.assert_array_equal(np.argsort(bearings), np.argsort(angles))
+    assert [bearing(*axis) for axis in np.eye(2)] == [0.0, 1.0]
+    assert (min(bearings), max(bearings)) == (-2.0, 2.0)
 
 
 def test_the_score_is_the_formula():
@@ -79,8 +93,8 @@ def test_the_score_is_the_formula():
     found = score(result, expected)
 
     fit = 1.0 - result.cost / huber_loss(8 * ACCURATE.huber_delta, ACCURATE.huber_delta)
-    points, T = np.array(target.points), np.array(result.T_target_source)
-    through = share_looked_through(*beams_of(newer), points, T)
+    T = np.array(result.T_target_source)
+    through = share_looked_through(newer.points, target.points, T)
     u = expected.distance(T)[0]
     assert found.agreement == pytest.approx(fit - LOOKED_THROUGH_COST * through, rel=1e-12)
     assert found.score == pytest.approx(found.agreement - WHEEL_COST * math.log(1.0 + u), rel=1e-12)
