@@ -11,11 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.carried import mask_carried, mask_repeats
 from labkit.odometry.constants import KEY_MOTION, KEY_SCANS, MAP_CELL
 from labkit.result import step_length
-from labkit.scan import Scan
 from labkit.se2 import apply, from_xytheta, invert
 from labkit.support.arrays import FloatArray
 from labkit.target import Target
@@ -36,26 +34,23 @@ class LocalMap(NamedTuple):
         """The same map after one `increment` (Δx, Δy, Δψ)."""
         return self._replace(T_target_last=self.T_target_last @ from_xytheta(increment))
 
-    def advance(
-        self, scan: Scan, increment: FloatArray, prior: FloatArray | None, *, matched: bool
-    ) -> LocalMap:
-        """The map after the newest scan, one `increment` (Δx, Δy, Δψ) on.
+    def add(self, newest: Target, prior: FloatArray | None, *, matched: bool) -> LocalMap:
+        """The map with the newest scan, at `T_target_last`, if it was not matched, or lies far off.
 
         If a prior told the motion, what is carried along stays out of the map.
         """
-        same_map = self.follow(increment)
-        T_last = same_map.T_target_last
-        distance, rotation = step_length(np.eye(3), T_last)
+        distance, rotation = step_length(np.eye(3), self.T_target_last)
         is_near = distance <= KEY_MOTION[0] and rotation <= KEY_MOTION[1]
-        if len(scan) < MIN_PAIRS or (self.target and matched and is_near):
-            return same_map
-        key = Target(scan)
-        fixed = key
+        if self.target and matched and is_near:
+            return self
+        fixed = newest
         if prior is not None and self.target and self.key:
-            carried = mask_carried(scan, mask_repeats(scan, self.key), self.target, T_last)
+            scan = newest.scan
+            repeats = mask_repeats(scan, self.key)
+            carried = mask_carried(scan, repeats, self.target, self.T_target_last)
             if carried.any():
                 fixed = Target(scan.select(~carried))
-        return same_map._add_key_scan(fixed, key)
+        return self._add_key_scan(fixed, newest)
 
     def _add_key_scan(self, newest: Target, key: Target) -> LocalMap:
         """Add a key scan: of each cell the first point, with its normal among all of the scan.

@@ -63,18 +63,18 @@ class MapState(NamedTuple):
         """The state after a step. The map waits while a refused match may have been right."""
         increment = record.increment
         matched = record.decision.matched
-        has_points = len(scan) >= MIN_PAIRS
+        newest = Target(scan) if len(scan) >= MIN_PAIRS else None
         next_map = self.map.follow(increment)
-        if not record.has_rival:
-            next_map = self.map.advance(scan, increment, record.prior, matched=matched)
+        if newest is not None and not record.has_rival:
+            next_map = next_map.add(newest, record.prior, matched=matched)
         return MapState(
             pose=integrate_step(self.pose, increment),
             scans=self.scans + 1,
             map=next_map,
-            last_scan=Target(scan) if has_points else self.last_scan,
+            last_scan=self.last_scan if newest is None else newest,
             history=self.history.after(record, scan),
             T_last_refused=record.T_taken_refused,
-            has_seen=has_points,
+            has_seen=newest is not None,
         )
 
 

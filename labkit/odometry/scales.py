@@ -50,10 +50,8 @@ class History(NamedTuple):
         sigmas = NormalDist().inv_cdf(0.5 + 0.5 * QUANTILE)  # that it spans of a Gaussian
         usual_error = np.quantile(errors, QUANTILE, axis=0) / sigmas
         shift_error, turn_error = np.maximum(usual_error, LEAST_WHEEL_ERROR).tolist()
-        max_shift, max_turn = limits.reach(
-            max((math.hypot(x, y) for x, y, _ in self.motions), default=0.0),
-            max((abs(float(turn)) for _, _, turn in self.motions), default=0.0),
-        )
+        x, y, turns = np.array([STILL, *self.motions]).T
+        max_shift, max_turn = limits.reach(float(np.hypot(x, y).max()), float(np.abs(turns).max()))
         steps = self.steps_to(scan) + (self.missed if prior is None else 0)
         return Scales(
             wheel_shift=shift_error,

@@ -14,7 +14,6 @@ from labkit.simulation import Lidar, WheelNoise, room, scan_along, wheel_increme
 STEP = np.array([0.2, 0.05, math.radians(7.0)])
 TRUTH = integrate([STEP] * 9, start=[-0.5, -0.3, 0.2])
 SCANS = scan_along(room(), TRUTH, Lidar(noise_std=0.0), rng=0)
-EMPTY = Scan.from_ranges([math.inf], [0.0])
 
 
 @pytest.fixture
@@ -31,7 +30,7 @@ def limits(monkeypatch):
 def driven(scans=SCANS, *, matched=True):
     seen = LocalMap()
     for k, scan in enumerate(scans):
-        seen = seen.advance(scan, STEP * (k > 0), None, matched=matched)
+        seen = seen.follow(STEP * (k > 0)).add(Target(scan), None, matched=matched)
     return seen
 
 
@@ -71,14 +70,6 @@ def test_a_scan_that_was_not_matched_is_a_key_scan(limits):
     limits(KEY_MOTION=(9.0, 9.0))
     one, two = (len(driven(SCANS[:n], matched=False).target.points) for n in (1, 2))
     assert two > one == len(driven(SCANS[:2]).target.points)
-
-
-def test_a_scan_without_points_moves_the_robot_and_leaves_the_map(limits):
-    limits(KEY_MOTION=(0.0, 9.0))
-    seen = driven([*SCANS[:3], EMPTY])
-    assert len(seen.target.points) == sum(map(len, SCANS[:3]))
-    np.testing.assert_allclose(seen.T_target_last, from_xytheta(STEP), atol=1e-12)
-    assert driven([EMPTY]).target is None
 
 
 def test_a_key_scan_keeps_the_first_point_of_each_cell():

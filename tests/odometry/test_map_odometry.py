@@ -318,6 +318,15 @@ def test_a_step_that_makes_up_for_a_wrong_one_is_doubtful_too():
     assert record.reason.startswith("a match with the scan before alone leads 0.15 m")
 
 
+def test_a_scan_without_points_moves_the_robot_and_leaves_the_map():
+    seen = LocalMap(Target(two_scans(room())[0]))
+
+    _, after = MapOdometry().advance(MapState(STILL, 1, seen), EMPTY, PRIOR)
+
+    assert after.map.target is seen.target
+    np.testing.assert_allclose(after.map.T_target_last, from_xytheta(PRIOR), atol=1e-12)
+
+
 @pytest.mark.parametrize("wheels", [PRIORS, None])
 def test_after_a_scan_without_points_nothing_bears_the_next_step_out(wheels):
     blind = [EMPTY if k == 5 else scan for k, scan in enumerate(SCANS)]
