@@ -28,8 +28,8 @@ AT_ONCE = 0.6  # of what the best match in the window lacks to a score of 1: a m
 # less, or it is not believed: a door, wheels jump
 MARGIN = 0.05  # of agreement, or score: matches that differ by less fit equally well; far from
 # the wheels none of them is believed: noise of 30 mm more
-MIN_AGREEMENT = 0.45  # a match that agrees less measures no error of the wheels; where the usual
-# one agrees less, these lead: clean, 30 % ghosts
+MIN_AGREEMENT = 0.45  # a match that agrees less measures no error of the wheels, nor is it believed
+# far from them; where the usual one agrees less, these lead: every 2nd scan, clean, 30 % ghosts
 LEAD_AGREEMENT = 0.6  # the same where matches do not bear the wheels out: a third moving
 
 # Doubting (record)

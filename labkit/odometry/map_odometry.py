@@ -21,7 +21,7 @@ import numpy as np
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.base import NO_POINTS, Odometry
 from labkit.odometry.check import UNCHECKED, check_step
-from labkit.odometry.constants import AT_ONCE, MARGIN, MIN_SCORE
+from labkit.odometry.constants import AT_ONCE, MARGIN, MIN_AGREEMENT, MIN_SCORE
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.match import Match, match, stay
@@ -172,7 +172,7 @@ class MapOdometry(Odometry[MapState]):
             for T_guess in candidates:
                 candidate = match(scan, target, T_guess, expected, self.parameters.icp)
                 motion = to_xytheta(invert(T_map_last) @ candidate.T)
-                if not scales.allow(motion):
+                if not (scales.allow(motion) and expected.allows(candidate.T)):
                     candidate = candidate.without_score()
                 matches.append(candidate)
             best = choose(matches)
@@ -243,7 +243,8 @@ def choose_beside_wheels(
     """
     best = choose(matches)
     nearest = choose([match for match in [at_wheels, *matches] if expected.holds(match.T)])
-    is_outside = not expected.holds(best.T) and not is_plainly_better(best, nearest, matches)
+    is_outside = not expected.holds(best.T)
+    is_outside = is_outside and not is_plainly_better(best, nearest, matches, expected)
     if is_outside and nearest.score <= MIN_SCORE:
         return Choice(best, is_believed=False)
     rival = None
@@ -270,12 +271,17 @@ def elsewhere(best: Match, matches: Sequence[Match]) -> list[Match]:
     return [match for match in matches if not is_same_pose(best.T, match.T)]
 
 
-def is_plainly_better(match: Match, nearest: Match, matches: Sequence[Match]) -> bool:
+def is_plainly_better(
+    match: Match, nearest: Match, matches: Sequence[Match], expected: Expectation
+) -> bool:
     """True if a match outside the window is better than the best one in it, and than any elsewhere.
 
-    It lacks little of what the nearest one lacks: a door that shuts agrees with a robot at rest.
-    And it is alone: where the scan fits at several places, none of them tells more than the wheels.
+    It agrees with the map, or goes on from where one before ended: two scans tell it. It lacks
+    little of what the nearest one lacks: a door that shuts agrees with a robot at rest. And it is
+    alone: where the scan fits at several places, none of them tells more than the wheels.
     """
+    if match.agreement < MIN_AGREEMENT and not expected.goes_on(match.T):
+        return False
     rival_score = max((rival.score for rival in elsewhere(match, matches)), default=-math.inf)
     is_alone = match.score - rival_score > MARGIN
     return is_alone and 1.0 - match.score < AT_ONCE * (1.0 - nearest.score)
@@ -316,9 +322,10 @@ def why_ignored(told: FloatArray, scales: Scales) -> str:
     if scales.allow(told):
         return "the wheels tell that the robot stands, and the scan has moved"
     x, y, turn = told.tolist()
+    max_shift, max_turn = scales.farthest
     return (
         f"the wheels tell {math.hypot(x, y):.2f} m and {math.degrees(abs(turn)):.0f}°, more than "
-        f"the robot can do ({scales.max_shift:.2f} m, {math.degrees(scales.max_turn):.0f}°)"
+        f"the robot can do ({max_shift:.2f} m, {math.degrees(max_turn):.0f}°)"
     )
 
 
@@ -339,11 +346,13 @@ def why_refused(record: StepRecord, scales: Scales) -> str:
     """Why the best match of a step is not believed, for a person."""
     if record.termination is not None and record.termination.failed:
         return record.termination.value
-    if failures := limit_failures(record.increment, (scales.max_shift, scales.max_turn)):
+    if failures := limit_failures(record.increment, scales.farthest):
         return f"the match leads farther than the robot can do: {', '.join(failures)}"
     if record.led:
         return (
             f"following the wheels: the last scans usually agreed too little with the map, and "
             f"this one by {record.agreement:.2f}"
         )
+    if record.score == -math.inf:
+        return "the match lies farther from the wheels than the robot moves in a step"
     return f"the best match scores only {record.score:.2f}"

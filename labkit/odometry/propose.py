@@ -46,9 +46,13 @@ class Expectation(NamedTuple):
     T_search: FloatArray  # (3, 3): the pose around which a search looks
     search_shift: float  # how far it looks at least [m]
     search_turn: float  # the same, to either side [rad]
+    max_shift: float = math.inf  # the farthest that wheels can err, in no more than one step [m]
+    max_turn: float = math.inf  # the same [rad]
 
-    def distance(self, T: FloatArray, free: FloatArray | None = None) -> FloatArray:
-        """Squared distance u of T from each pose that it is judged by, over the window.
+    def offsets(
+        self, T: FloatArray, free: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """How far T lies from each pose that it is judged by, [m], and is turned [rad].
 
         The directions `free`, shape (F, 2), do not count.
         """
@@ -57,13 +61,25 @@ class Expectation(NamedTuple):
         if free is not None:
             offset = offset - (offset @ free.T) @ free
         R = T[:2, :2].T @ poses[:, :2, :2]
-        turn = np.arctan2(R[:, 1, 0], R[:, 0, 0]) / self.turn
-        shift = np.hypot(offset[:, 0], offset[:, 1]) / self.shift
-        return np.asarray(shift**2 + turn**2)
+        return np.hypot(offset[:, 0], offset[:, 1]), np.arctan2(R[:, 1, 0], R[:, 0, 0])
+
+    def distance(self, T: FloatArray, free: FloatArray | None = None) -> FloatArray:
+        """Squared distance u of T from each pose that it is judged by, over the window."""
+        shift, turn = self.offsets(T, free)
+        return np.asarray((shift / self.shift) ** 2 + (turn / self.turn) ** 2)
+
+    def allows(self, T: FloatArray) -> bool:
+        """True if the wheels can have erred so much; NaN is not allowed."""
+        shift, turn = self.offsets(T)
+        return bool(((shift <= self.max_shift) & (abs(turn) <= self.max_turn)).any())
 
     def holds(self, T: FloatArray) -> bool:
         """True if a pose lies in the window around the likeliest one; NaN does not."""
         return bool(self.distance(T)[0] <= 1.0)
+
+    def goes_on(self, T: FloatArray) -> bool:
+        """True if a pose lies in the window around the one that goes on from a refused match."""
+        return bool((self.distance(T)[1:] <= 1.0).any())
 
     def cost(self, T: FloatArray) -> float:
         """The last term of (5.3): c log(1 + u), u to the nearest pose; Cauchy's heavy tails."""
@@ -136,6 +152,8 @@ def expect(
         T_search=poses[0],
         search_shift=UNUSUAL * shift,
         search_turn=max(turn, SEARCH_FACTOR * abs(float(prior[2]))),
+        max_shift=scales.max_shift,
+        max_turn=scales.max_turn,
     )
 
 

@@ -69,7 +69,7 @@ class Scales(NamedTuple):
     wheel_factor: float  # how many times as far as the wheels the matches lead
     agreement: float  # of a scan with the map, usually
     steps: float  # usual steps since the last scan or, without wheels, since the last match
-    max_shift: float  # the farthest that the step can lead [m]
+    max_shift: float  # the farthest that a usual step can lead [m], and that wheels can err
     max_turn: float  # the same [rad]
 
     @property
@@ -81,9 +81,14 @@ class Scales(NamedTuple):
         is_borne_out = self.wheel_shift <= LEAST_WHEEL_ERROR[0]
         return self.agreement < (MIN_AGREEMENT if is_borne_out else LEAD_AGREEMENT)
 
+    @property
+    def farthest(self) -> tuple[float, float]:
+        """The farthest that the step can lead, [m] and [rad]."""
+        return self.steps * self.max_shift, min(math.pi, self.steps * self.max_turn)
+
     def allow(self, motion: FloatArray) -> bool:
         """True if a motion is one that the robot can do; NaN is none."""
-        return is_within(motion, (self.max_shift, self.max_turn))
+        return is_within(motion, self.farthest)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -59,8 +59,8 @@ class History(NamedTuple):
             wheel_factor=median_low([*self.wheel_factors, *[1.0] * MIN_STEPS]),
             agreement=median([*self.agreements, *[1.0] * MIN_STEPS]),
             steps=steps,
-            max_shift=steps * max_shift,
-            max_turn=min(math.pi, steps * max_turn),
+            max_shift=max_shift,
+            max_turn=max_turn,
         )
 
     def steps_to(self, scan: Scan) -> float:

@@ -254,11 +254,39 @@ def test_the_highest_score_is_chosen_and_the_first_of_equals(scores, taken, marg
 
 @pytest.mark.parametrize(
     ("scores", "is_believed"),
-    [([0.3, 0.7], True), ([0.5, 0.7], False), ([0.3, 0.7, 0.66], False)],
+    [
+        ([0.3, 0.7], True),
+        ([0.5, 0.7], False),
+        ([0.3, 0.7, 0.66], False),
+        ([-0.9, 0.4], False),  # it hardly agrees
+    ],
 )
 def test_far_from_the_wheels_a_match_is_believed_if_it_is_plainly_better_and_alone(
     scores, is_believed
 ):
     matches = matches_of(*scores)
+    expected = expect(np.eye(3), STILL, np.zeros((1, 3)))
 
-    assert is_plainly_better(matches[1], matches[0], matches) == is_believed
+    assert is_plainly_better(matches[1], matches[0], matches, expected) == is_believed
+
+
+def test_a_match_that_goes_on_from_a_refused_one_may_agree_less():
+    matches = matches_of(-0.9, 0.4)
+    expected = expect(np.eye(3), STILL, np.zeros((1, 3)), transform(1.05, 0.0, 0.0))
+
+    assert is_plainly_better(matches[1], matches[0], matches, expected)
+
+
+@pytest.mark.parametrize("refused", [None, transform(4.0, 0.0, 0.0)])
+@pytest.mark.parametrize("off", [[1.9, 0, 1.5], [2.1, 0, 0], [0, 0, 1.6]])
+def test_wheels_err_by_no_more_than_a_step_however_many_were_missed(off, refused):
+    """Nor do they if they go on from a refused match, 4 m away."""
+    scales = SCALES._replace(steps=6.0)
+    start = np.eye(3) if refused is None else refused
+    expected = expect(np.eye(3), MOTION, np.zeros((1, 3)), refused, scales)
+
+    is_allowed = expected.allows(start @ from_xytheta(MOTION) @ from_xytheta(off))
+
+    assert is_allowed == (off == [1.9, 0, 1.5])
+    assert not expected.allows(np.full((3, 3), np.nan))
+    assert expect(np.eye(3), None, np.zeros((1, 3))).allows(from_xytheta([9.0, 0.0, 3.0]))
