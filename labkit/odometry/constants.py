@@ -1,7 +1,7 @@
 """All numbers of the odometry that somebody chose: unit, reason, and the row that they buy.
 
 What a run can measure is no constant: see `labkit.odometry.scales`. The rows are those of
-``book/disturbances.md``; ``tests/bench/disturbances.py --vary`` changes each number by a third.
+``book/disturbances.md``; ``tests/bench/vary.md`` tells which of them a third more of each moves.
 """
 
 from __future__ import annotations

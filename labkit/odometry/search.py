@@ -36,8 +36,6 @@ from labkit.support.arrays import FloatArray, IntArray
 from labkit.support.compiled import compiled
 from labkit.target import Target
 
-FINE_ROTATIONS = from_xytheta(np.outer(np.linspace(-0.5, 0.5, 5), [0.0, 0.0, COARSE_TURN]))
-
 
 @compiled
 def mean_values(
@@ -145,10 +143,11 @@ def search(
 def refine(points: FloatArray, field: LikelihoodField, poses: FloatArray) -> FloatArray:
     """The best fine pose around each of the coarse ones (P, 3, 3), the best first."""
     shifts = _square(COARSE_CELLS // 2)
-    rotated = poses[:, None] @ FINE_ROTATIONS
+    turns = np.outer(np.linspace(-0.5, 0.5, 5), [0.0, 0.0, COARSE_TURN])
+    rotated = poses[:, None] @ from_xytheta(turns)
     scores = mean_values(field.fine, field.corner, points, rotated.reshape(-1, 3, 3), shifts)
     scores = scores.reshape(len(poses), -1)
-    turn, shift = np.unravel_index(scores.argmax(axis=1), (len(FINE_ROTATIONS), len(shifts)))
+    turn, shift = np.unravel_index(scores.argmax(axis=1), (len(turns), len(shifts)))
     fine = rotated[np.arange(len(poses)), turn]
     fine[:, :2, 2] += CELL * shifts[shift]
     return fine[np.argsort(-scores.max(axis=1), kind="stable")]

@@ -386,7 +386,7 @@ DISTURBANCES: dict[str, tuple[Change, str]] = {
     "clean": (clean, "Nothing is disturbed: what the others are compared with."),
     "half of the beams": (thinned(2), "Walls have points enough; only thin things are lost."),
     "a quarter of the beams": (thinned(4), "Normals come from neighbours that lie far apart."),
-    "noise of 10 mm more": (noise(0.01), "Less than what a map of thirty scans averages."),
+    "noise of 10 mm more": (noise(0.01), "Lines through neighbours average most of it."),
     "noise of 30 mm more": (noise(0.03), "More than δ = 20 mm, so that most pairs weigh less."),
     "noise of 60 mm more": (noise(0.06), "Residuals near the gate of 160 mm: support falls."),
     "10 % ghosts": (ghosts(0.1), "A beam that ends anywhere has no partner, or a wrong one."),
