@@ -243,8 +243,7 @@ def choose_beside_wheels(
     """
     best = choose(matches)
     nearest = choose([match for match in [at_wheels, *matches] if expected.holds(match.T)])
-    is_outside = not expected.holds(best.T)
-    is_outside = is_outside and not is_plainly_better(best, nearest, matches, expected)
+    is_outside = not (expected.holds(best.T) or is_plainly_better(best, nearest, matches, expected))
     if is_outside and nearest.score <= MIN_SCORE:
         return Choice(best, is_believed=False)
     rival = None
