@@ -21,7 +21,8 @@ USUAL_LIMITS = (2.0, math.radians(90.0))  # [m], [rad]: of a step, where a user 
 # Believing (propose, score, choose)
 WHEEL_COST = 0.13  # of agreement, for each e-fold of a motion unlike the wheels': wheels slip
 MOTION_COST = 0.05  # the same for a motion unlike the last ones: no wheels
-SURE_SCORE = 0.8  # a match that scores as much needs no search
+SURE_SCORE = 0.8  # a match that scores as much needs no search; one that agrees as much may lie
+# farther from the wheels than a step leads: wheels off by half a turn
 SURE_SCORE_SLOPE = 1.0  # [1/m] of half the window around wheels, where that is less: every 2nd scan
 MIN_SCORE = 0.1  # a match that scores less tells less than the wheels: gaps of 15 scans
 AT_ONCE = 0.6  # of what the best match in the window lacks to a score of 1: a match outside lacks

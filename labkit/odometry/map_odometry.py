@@ -21,7 +21,7 @@ import numpy as np
 from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.base import NO_POINTS, Odometry
 from labkit.odometry.check import UNCHECKED, check_step
-from labkit.odometry.constants import AT_ONCE, MARGIN, MIN_AGREEMENT, MIN_SCORE
+from labkit.odometry.constants import AT_ONCE, MARGIN, MIN_AGREEMENT, MIN_SCORE, SURE_SCORE
 from labkit.odometry.integration import integrate_step
 from labkit.odometry.local_map import LocalMap
 from labkit.odometry.match import Match, match, stay
@@ -172,7 +172,8 @@ class MapOdometry(Odometry[MapState]):
             for T_guess in candidates:
                 candidate = match(scan, target, T_guess, expected, self.parameters.icp)
                 motion = to_xytheta(invert(T_map_last) @ candidate.T)
-                if not (scales.allow(motion) and expected.allows(candidate.T)):
+                is_expected = candidate.agreement >= SURE_SCORE or expected.allows(candidate.T)
+                if not (scales.allow(motion) and is_expected):
                     candidate = candidate.without_score()
                 matches.append(candidate)
             best = choose(matches)
@@ -318,9 +319,10 @@ def unmatched_std(prior: FloatArray | None, limits: SanityLimits, scales: Scales
 
 def why_ignored(told: FloatArray, scales: Scales) -> str:
     """Why the wheels tell nothing in a step, for a person."""
-    if scales.allow(told):
+    motion = scales.correct(told)
+    if scales.allow(motion):
         return "the wheels tell that the robot stands, and the scan has moved"
-    x, y, turn = told.tolist()
+    x, y, turn = motion.tolist()
     max_shift, max_turn = scales.farthest
     return (
         f"the wheels tell {math.hypot(x, y):.2f} m and {math.degrees(abs(turn)):.0f}°, more than "
@@ -330,15 +332,17 @@ def why_ignored(told: FloatArray, scales: Scales) -> str:
 
 def why_doubtful(record: StepRecord) -> str:
     """Why a match that is believed may be wrong all the same, for a person."""
-    if record.check is None or not record.is_contradicted:
-        return f"one direction is measured to {record.weakest_std:.2f} m only"
-    x, y, turn = (record.check.increment - record.increment).tolist()
-    if math.isnan(turn):
-        return "no match with the scan before bears it out"
-    return (
-        f"a match with the scan before alone leads {math.hypot(x, y):.2f} m and "
-        f"{math.degrees(abs(wrap(turn))):.1f}° elsewhere"
-    )
+    if record.check is not None and record.is_contradicted:
+        x, y, turn = (record.check.increment - record.increment).tolist()
+        if math.isnan(turn):
+            return "no match with the scan before bears it out"
+        return (
+            f"a match with the scan before alone leads {math.hypot(x, y):.2f} m and "
+            f"{math.degrees(abs(wrap(turn))):.1f}° elsewhere"
+        )
+    if record.is_over_gap:
+        return "scans are missing before this one, and no wheels tell how far the robot went"
+    return f"one direction is measured to {record.weakest_std:.2f} m only"
 
 
 def why_refused(record: StepRecord, scales: Scales) -> str:

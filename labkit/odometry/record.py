@@ -86,6 +86,11 @@ class Scales(NamedTuple):
         """The farthest that the step can lead, [m] and [rad]."""
         return self.steps * self.max_shift, min(math.pi, self.steps * self.max_turn)
 
+    def correct(self, told: FloatArray) -> FloatArray:
+        """The motion that wheels told, (3,), times the factor that matches measured."""
+        factors: FloatArray = np.array([self.wheel_factor, self.wheel_factor, 1.0])
+        return told * factors
+
     def allow(self, motion: FloatArray) -> bool:
         """True if a motion is one that the robot can do; NaN is none."""
         return is_within(motion, self.farthest)
@@ -229,7 +234,8 @@ class StepRecord:
         """True if the step may be wrong.
 
         It was not matched, or its match is ambiguous, lies against the prior, is contradicted by
-        the scan before, or sees too little along a direction that wheels do not tell well either.
+        the scan before, leads over missing scans without wheels, or sees too little along a
+        direction that wheels do not tell well either.
         """
         if self.decision is Decision.START:
             return False
@@ -237,12 +243,17 @@ class StepRecord:
         is_unmeasured = self.degenerate
         if self.prior is not None:
             is_unmeasured = self.weakest_std > MAX_ERROR[0]
-        return is_unclear or is_unmeasured or self.is_contradicted
+        return is_unclear or is_unmeasured or self.is_contradicted or self.is_over_gap
 
     @property
     def is_contradicted(self) -> bool:
         """True if a match with the scan before alone leads elsewhere, or found nothing."""
         return self.check is not None and are_apart(self.check.increment, self.increment)
+
+    @property
+    def is_over_gap(self) -> bool:
+        """True if scans are missing before this one, and no wheels told the motion."""
+        return self.prior is None and self.scales is not None and self.scales.steps >= 2.0
 
     @property
     def weakest_std(self) -> float:

@@ -190,20 +190,21 @@ def moves(motion: FloatArray) -> bool:
 def impossible_remarks(steps: Sequence[Step]) -> Iterator[str]:
     """Wheels that tell more than the robot can do."""
     impossible = [
-        (step.told, step.record.scales)
+        (motion, scales)
         for step in steps
-        if step.told is not None and not is_at_rest(step.told)
-        if step.record.prior is None and step.record.scales is not None
+        if step.told is not None and step.record.prior is None
+        if (scales := step.record.scales) is not None
+        if not scales.allow(motion := scales.correct(step.told))
     ]
     if len(impossible) >= MIN_ODD_STEPS:
-        first_told, scales = impossible[0]
-        x, y, turn = first_told.tolist()
-        motion, limit = f"{math.hypot(x, y):.3g} m", "`max_translation` (`--max-translation`)"
+        first_motion, scales = impossible[0]
+        x, y, turn = first_motion.tolist()
+        length, limit = f"{math.hypot(x, y):.3g} m", "`max_translation` (`--max-translation`)"
         if scales.allow(np.array([x, y, 0.0])):
-            motion, limit = f"a turn of {math.degrees(abs(turn)):.0f}°", "`max_rotation`"
+            length, limit = f"a turn of {math.degrees(abs(turn)):.0f}°", "`max_rotation`"
         yield (
             f"in {len(impossible)} steps the wheels told more than the robot can do, the first "
-            f"time {motion}, and were left out: does their counter wrap? If the robot can do it, "
+            f"time {length}, and were left out: does their counter wrap? If the robot can do it, "
             f"raise {limit} of `SanityLimits`"
         )
 

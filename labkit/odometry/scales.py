@@ -21,7 +21,9 @@ from labkit.odometry.constants import (
     QUANTILE,
     UNUSUAL,
     USUAL_CHANGE,
+    USUAL_LIMITS,
 )
+from labkit.odometry.integration import is_within
 from labkit.odometry.record import STILL, Decision, Scales, StepRecord
 from labkit.odometry.sanity import SanityLimits
 from labkit.odometry.wheels import scale_of
@@ -78,7 +80,9 @@ class History(NamedTuple):
         if is_measured and not (record.ambiguous or spans_steps):
             motions = (record.increment, *motions)
         elif record.decision is Decision.PRIOR and record.scales is not None:
-            motions = (record.increment / record.scales.steps, *motions)
+            told = record.increment / record.scales.steps
+            if is_within(told, USUAL_LIMITS):  # or wheels raise their own limit, step by step
+                motions = (told, *motions)
         if is_measured and record.prior is not None:
             factor = scale_of(record.prior, record.increment)
             factors = factors if math.isnan(factor) else (factor, *factors)
@@ -116,7 +120,7 @@ def growth_of(motion: FloatArray) -> float:
 
 def wheel_error(told: FloatArray, measured: FloatArray, scales: Scales) -> tuple[float, float]:
     """Error of the wheels in a step, as it would be at rest, [m] and [rad]."""
-    expected = told * np.array([scales.wheel_factor, scales.wheel_factor, 1.0])
+    expected = scales.correct(told)
     x, y, turn = to_xytheta(relative(from_xytheta(expected), from_xytheta(measured))).tolist()
     growth = growth_of(expected)
     return math.hypot(x, y) / growth, abs(turn) / growth

@@ -64,5 +64,5 @@ def believable_wheels(
         share = np.mean(mask_repeats(scan, last_scan))
         if share < SAME_VIEW_SHARE:
             return None
-    motion = told * np.array([scales.wheel_factor, scales.wheel_factor, 1.0])
+    motion = scales.correct(told)
     return motion if scales.allow(motion) else None

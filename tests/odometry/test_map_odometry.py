@@ -23,9 +23,9 @@ from labkit.odometry import (
 )
 from labkit.odometry.constants import HISTORY
 from labkit.odometry.local_map import LocalMap
-from labkit.odometry.map_odometry import MapState
+from labkit.odometry.map_odometry import MapState, why_ignored
 from labkit.odometry.match import Match
-from labkit.odometry.record import Check, Evidence, StepRecord, on_matched_points
+from labkit.odometry.record import Check, Evidence, Scales, StepRecord, on_matched_points
 from labkit.odometry.scales import History, growth_of
 from labkit.odometry.score import Score
 from labkit.parameters import ACCURATE
@@ -115,6 +115,32 @@ def test_wheels_that_tell_more_than_the_robot_can_do_tell_nothing(told):
     np.testing.assert_allclose(record.increment, MOTION, atol=0.01)
 
 
+def test_the_reason_counts_the_factor_by_which_wheels_tell_ways_too_short():
+    scales = Scales(0.03, 0.03, wheel_factor=1.1, agreement=0.9, steps=1.0, max_shift=1, max_turn=1)
+
+    assert why_ignored(np.array([0.95, 0.0, 0.0]), scales).startswith("the wheels tell 1.04 m")
+    assert "stands" in why_ignored(np.array([0.90, 0.0, 0.0]), scales)
+
+
+def test_wheels_do_not_raise_their_own_limit():
+    odometry = MapOdometry()
+    odometry.update(SCANS[0])
+
+    taken = [odometry.update(EMPTY, [told, 0.0, 0.0]).increment[0] for told in (1.9, 5.6, 16, 48)]
+
+    assert taken == [1.9, 5.6, 5.6, 0.0]  # within three times 1.9 m; held once
+
+
+def test_wheels_that_are_off_by_half_a_turn_give_way_to_a_match_that_agrees():
+    older, newer = two_scans(room())
+    turn = degrees([0.0, 0.0, 60.0])  # three times as much is possible
+
+    record = step(older, newer, MOTION + degrees([0.0, 0.0, 170.0]), motions=(STILL, turn))
+
+    np.testing.assert_allclose(record.increment, MOTION, atol=0.01)
+    assert record.against_prior
+
+
 LIMITS = SanityLimits(max_translation=0.15, max_rotation=math.radians(6.0))
 LATER = replace(SCANS[9], stamp=SCANS[6].stamp)  # three steps farther than a scan can be
 FAR = {
@@ -158,6 +184,8 @@ def test_after_a_gap_in_time_a_step_may_be_longer():
     run = estimate_odometry(scans, None, OdometryParameters(limits=limits), start=TRUTH[0])
 
     np.testing.assert_allclose(run.poses, TRUTH[times], atol=0.03)
+    assert [record.is_doubtful for record in run.records] == [False] * 6 + [True]
+    assert run.records[6].reason.startswith("scans are missing")
 
 
 @pytest.mark.filterwarnings("ignore:.* steps may be wrong")  # it looks the same turned by half
