@@ -21,9 +21,7 @@ from labkit.odometry.constants import (
     QUANTILE,
     UNUSUAL,
     USUAL_CHANGE,
-    USUAL_LIMITS,
 )
-from labkit.odometry.integration import is_within
 from labkit.odometry.record import STILL, Decision, Scales, StepRecord
 from labkit.odometry.sanity import SanityLimits
 from labkit.odometry.wheels import scale_of
@@ -76,13 +74,12 @@ class History(NamedTuple):
         """The history after a step."""
         is_measured = record.decision.matched and not record.degenerate
         motions, errors, factors = self.motions, self.wheel_errors, self.wheel_factors
+        was_compared = not math.isnan(record.agreement)  # without scans wheels raise no limit
         spans_steps = record.prior is None and self.missed > 0  # it makes up for missed ones
         if is_measured and not (record.ambiguous or spans_steps):
             motions = (record.increment, *motions)
-        elif record.decision is Decision.PRIOR and record.scales is not None:
-            told = record.increment / record.scales.steps
-            if is_within(told, USUAL_LIMITS):  # or wheels raise their own limit, step by step
-                motions = (told, *motions)
+        elif record.decision is Decision.PRIOR and record.scales is not None and was_compared:
+            motions = (record.increment / record.scales.steps, *motions)
         if is_measured and record.prior is not None:
             factor = scale_of(record.prior, record.increment)
             factors = factors if math.isnan(factor) else (factor, *factors)
@@ -95,7 +92,7 @@ class History(NamedTuple):
         elif spans_steps or (record.ambiguous and record.prior is None):  # confirms no motion
             last_motion = motions[0] if motions else STILL
         agreements = self.agreements
-        if not math.isnan(record.agreement):
+        if was_compared:
             agreements = (max(0.0, record.agreement), *agreements)
         interval = scan.stamp - self.stamp
         intervals = (interval, *self.intervals) if interval > 0.0 else self.intervals

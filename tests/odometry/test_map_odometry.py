@@ -122,13 +122,13 @@ def test_the_reason_counts_the_factor_by_which_wheels_tell_ways_too_short():
     assert "stands" in why_ignored(np.array([0.90, 0.0, 0.0]), scales)
 
 
-def test_wheels_do_not_raise_their_own_limit():
+def test_wheels_do_not_raise_their_own_limit_without_scans():
     odometry = MapOdometry()
     odometry.update(SCANS[0])
 
     taken = [odometry.update(EMPTY, [told, 0.0, 0.0]).increment[0] for told in (1.9, 5.6, 16, 48)]
 
-    assert taken == [1.9, 5.6, 5.6, 0.0]  # within three times 1.9 m; held once
+    assert taken == [1.9, 1.9, 0.0, 0.0]  # 5.6 m is too far; the last motion is held once
 
 
 def test_wheels_that_are_off_by_half_a_turn_give_way_to_a_match_that_agrees():

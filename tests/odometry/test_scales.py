@@ -64,7 +64,9 @@ def test_what_wheels_told_of_a_step_without_a_match_is_what_the_robot_can_do():
     usual = History().scales(SCAN, None, SanityLimits())
     told = np.array([1.9, 0.0, 0.1])
     over_a_gap = usual._replace(steps=4.0)
-    step = StepRecord(increment=told, decision=Decision.PRIOR, prior=told, scales=usual)
+    step = StepRecord(
+        increment=told, decision=Decision.PRIOR, prior=told, scales=usual, agreement=0.1
+    )
     gap = replace(step, increment=4.0 * told, prior=4.0 * told, scales=over_a_gap)
 
     scales = History().after(step, SCAN).after(gap, SCAN).scales(SCAN, None, SanityLimits())
