@@ -23,10 +23,10 @@ class SanityLimits:
     ----------
     max_translation, max_rotation : float or None
         The farthest the robot can move between two scans, [m] and [rad]: nothing beyond is taken
-        from a match nor, by `MapOdometry`, from wheels, and no match that lies farther from them.
-        None stands for 2 m and 90°; it then lets a step be three times as long as the longest of
-        the last ones. After a gap in time, or steps without a match, it lets it be as many times
-        as long as steps were missed.
+        from a match nor, by `MapOdometry`, from wheels, and no match that lies farther from them,
+        unless it agrees by 0.8. None stands for 2 m and 90°; it then lets a step be three times as
+        long as the longest of the last ones. After a gap in time, or steps without a match, it lets
+        it be as many times as long as steps were missed.
     max_prior_translation, max_prior_rotation : float
         How far the step may lie from the prior, where there is one, [m] and [rad]: three
         standard deviations of your wheels' error in a step, if you know it.

@@ -90,7 +90,7 @@ def beams_of(source: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 @compiled
 def bearing(x: float, y: float) -> float:
-    """A number from −2 to 2 that grows as the angle of (x, y) does, at a tenth of its price."""
+    """A number from −2 to 2 that grows as the angle of (x, y) does, without trigonometry."""
     size = abs(x) + abs(y)
     share = y / size if size > 0.0 else 0.0
     return share if x >= 0.0 else math.copysign(2.0, y) - share
