@@ -103,7 +103,10 @@ class LikelihoodField(NamedTuple):
         low = points.min(axis=0, initial=0.0) - border
         high = points.max(axis=0, initial=0.0) + border
         rows, columns = np.ceil((high - low) / CELL).astype(int)
-        occupied = np.floor((points - low) / CELL).astype(np.intp)
+        is_occupied = np.zeros((rows, columns), np.bool_)
+        row, column = np.floor((points - low) / CELL).astype(np.intp).T
+        is_occupied[row, column] = True
+        occupied = np.array(np.argwhere(is_occupied), order="C")
         fine = nearness(occupied, (rows, columns), 0)
         coarse = nearness(occupied, (rows, columns), COARSE_CELLS // 2)
         return cls(low, fine, coarse)
