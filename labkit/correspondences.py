@@ -34,7 +34,7 @@ from labkit.neighbors import (
     start_search,
 )
 from labkit.parameters import IcpParameters
-from labkit.scan import Scan
+from labkit.scan import Scan, as_scan
 from labkit.schedule import Stage, adapt_delta, stage_of
 from labkit.selection import kth_smallest
 from labkit.support.arrays import (
@@ -42,7 +42,6 @@ from labkit.support.arrays import (
     FloatArray,
     IntArray,
     as_floats,
-    as_points,
     as_transform,
     check_kind,
     check_range,
@@ -303,7 +302,7 @@ def pairs_at(
     """
     check_kind(parameters, "parameters", IcpParameters)
     check_kind(coarse, "coarse", bool)
-    points = read_only(as_points(source, "source"))
+    points = as_scan(source, "source", minimum=1).points
     target = as_target(target)
     T = as_transform(T_target_source, "T_target_source")
     normals = target.normals_for(parameters)

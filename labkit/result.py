@@ -154,7 +154,7 @@ class IcpResult(_Quality):
 
     def _pairs_at(self, k: int) -> Correspondences:
         return pairs_at(
-            self.source.points,
+            self.source,
             self.target,
             self.poses[k],
             self.parameters,

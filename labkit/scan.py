@@ -109,16 +109,14 @@ class Scan:
         points = np.empty((len(beams), 2))
         points[:, 0] = r[beams] * np.cos(alpha[beams])
         points[:, 1] = r[beams] * np.sin(alpha[beams])
-        scan = object.__new__(cls)  # without a second look at parts that are checked by now
-        vars(scan).update(
-            points=read_only(points),
+        return scan_of_checked(
+            read_only(points),
             beams=read_only(beams),
             ranges=r,
             angles=alpha,
             stamp=stamp,
             time_increment=time_increment,
         )
-        return scan
 
     @classmethod
     def from_points(cls, points: ArrayLike) -> Scan:
@@ -142,6 +140,15 @@ class Scan:
         kept = _as_selection(kept, len(self))
         beams = None if self.beams is None else self.beams[kept]
         return replace(self, points=self.points[kept], beams=beams)
+
+
+def scan_of_checked(points: FloatArray, **parts: Any) -> Scan:
+    """A scan of read-only parts that are checked by now, without a second look at them."""
+    scan = object.__new__(Scan)
+    vars(scan).update(points=points, beams=None, ranges=None, angles=None)
+    vars(scan).update(stamp=math.nan, time_increment=0.0)
+    vars(scan).update(parts)
+    return scan
 
 
 def is_return(ranges: FloatArray, range_min: float, range_max: float) -> BoolArray:

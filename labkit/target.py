@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from labkit.neighbors import NearestNeighbors
 from labkit.normals import SPARSE, fit_lines, line_noise, line_width
 from labkit.parameters import IcpParameters
-from labkit.scan import Scan, as_scan
-from labkit.support.arrays import BoolArray, FloatArray, as_normals, read_only
+from labkit.scan import Scan, as_scan, scan_of_checked
+from labkit.support.arrays import BoolArray, FloatArray, IntArray, as_normals, read_only
 
 NO_NORMALS = read_only(np.empty((0, 2)))
 
@@ -46,7 +46,7 @@ class Target:
         """Prepare the target anew where it is unpickled: its arrays are read-only there, too."""
         if self._is_part:
             noise = self.noise if self.dense else math.nan
-            return _part_of_target, (self.scan, self._given, self._width, noise)
+            return target_on_lines, (self.points, self._given, self._width, noise)
         return Target, (self.scan, self._given)
 
     def __repr__(self) -> str:
@@ -102,34 +102,33 @@ class Target:
         normals, points = fit_lines(self.scan, self._measured.grid, *self._width)
         return read_only(normals), read_only(points)
 
-    def select(self, is_kept: BoolArray) -> Target:
-        """The target with some of its points, a mask (M,), which stay on their lines."""
-        scan = Scan.from_points(self.points[is_kept])
+    def select(self, rows: BoolArray | IntArray) -> Target:
+        """The target with some of its points, by a mask (M,) or rows, which stay on their lines."""
         noise = self.noise if self.dense else math.nan  # sparse points show it themselves
-        return _part_of_target(scan, self.normals[is_kept], self._width, noise)
-
-    @classmethod
-    def on_lines(cls, points: ArrayLike, normals: ArrayLike) -> Target:
-        """The target of points (M, 2) that lie on their lines already: however dense, they stay.
-
-        So do those of a map: a line through several scans shows how these lie, not their noise.
-        """
-        return _part_of_target(Scan.from_points(points), normals, SPARSE, math.nan)
+        return target_on_lines(self.points[rows], self.normals[rows], self._width, noise)
 
     def normals_for(self, parameters: IcpParameters) -> FloatArray:
         """The normals that the loop needs: those of all points, or none under point-to-point."""
         return self.normals if parameters.metric == "point_to_line" else NO_NORMALS
 
 
-def _part_of_target(
-    scan: Scan, normals: ArrayLike, width: tuple[float, float, bool], noise: float
+def target_on_lines(
+    points: FloatArray,
+    normals: FloatArray,
+    width: tuple[float, float, bool] = SPARSE,
+    noise: float = math.nan,
 ) -> Target:
-    """A target of points on lines, with normals, width and noise of a larger one if it is dense."""
-    part = Target(scan, normals)
+    """A target of points (M, 2) that lie on their lines already: however dense, they stay.
+
+    So do those of a map: a line through several scans shows how these lie, not their noise. A part
+    of a dense target keeps its `width` and `noise`. The arrays, of targets, are checked by now.
+    """
+    part = Target(scan_of_checked(read_only(points)))
+    part._given = read_only(normals)
     part._is_part = True
     part._width = width
     if part.dense:
-        part._lines = part.normals, scan.points
+        part._lines = part._given, points
         part.noise = noise
     return part
 

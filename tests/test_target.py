@@ -10,7 +10,7 @@ import pytest
 from labkit import Scan, Target
 from labkit.normals import estimate_normals
 from labkit.simulation import Lidar, cast, room
-from labkit.target import as_target
+from labkit.target import as_target, target_on_lines
 
 
 def test_a_target_is_prepared_once():
@@ -85,7 +85,7 @@ def test_points_on_lines_stay_however_dense_they_are():
     """A map of many scans must not be smoothed as if it were one."""
     dense = Target(cast(room(), np.eye(3), Lidar(beam_count=8_000, noise_std=0.01), rng=0))
 
-    as_map = Target.on_lines(dense.scan.points, dense.normals)
+    as_map = target_on_lines(dense.scan.points, dense.normals)
 
     assert dense.dense
     assert not as_map.dense

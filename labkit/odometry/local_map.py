@@ -14,9 +14,9 @@ import numpy as np
 from labkit.odometry.carried import mask_carried, mask_repeats
 from labkit.odometry.constants import KEY_MOTION, KEY_SCANS, MAP_CELL
 from labkit.result import step_length
-from labkit.se2 import apply, from_xytheta, invert
+from labkit.se2 import from_xytheta, invert
 from labkit.support.arrays import FloatArray
-from labkit.target import Target
+from labkit.target import Target, target_on_lines
 
 
 class LocalMap(NamedTuple):
@@ -66,7 +66,8 @@ class LocalMap(NamedTuple):
         if self.target:
             T = invert(self.T_target_last)
             surplus = sum(sizes[:-KEY_SCANS])
-            points = np.vstack([apply(T, self.target.scan.points[surplus:]), points])
+            moved = (T[:2, :2] @ self.target.points[surplus:].T + T[:2, 2:]).T
+            points = np.vstack([moved, points])
             normals = np.vstack([self.target.normals[surplus:] @ T[:2, :2].T, normals])
-        target = Target.on_lines(points, normals)
+        target = target_on_lines(points, normals)
         return LocalMap(target, key, sizes=sizes[-KEY_SCANS:])

@@ -26,7 +26,6 @@ from labkit.odometry.integration import is_within
 from labkit.parameters import IcpParameters
 from labkit.result import IcpResult, Termination
 from labkit.scan import Scan
-from labkit.se2 import wrap
 from labkit.support.arrays import EPSILON, FloatArray
 from labkit.support.errors import DegenerateAlignmentError
 from labkit.target import Target
@@ -112,9 +111,8 @@ class Placement:
     @cached_property
     def correspondences(self) -> Correspondences:
         """The association at the pose."""
-        points = self.source.points
         T = np.array(self.T_target_source)
-        return pairs_at(points, self.target, T, self.parameters, coarse=self.coarse)
+        return pairs_at(self.source, self.target, T, self.parameters, coarse=self.coarse)
 
     @cached_property
     def observability(self) -> Information | None:
@@ -284,8 +282,8 @@ class StepRecord:
         if placement is None:
             return wide
         # A copy, so that pairs and search trees, ten times as large as the match, are not kept.
-        is_kept = np.ones(len(placement.target.points), np.bool_)
-        placement = replace(placement, target=placement.target.select(is_kept))
+        all_rows = np.arange(len(placement.target.points))
+        placement = replace(placement, target=placement.target.select(all_rows))
         # Residuals show what the map lacks, too; the noise of its points counts where it is more.
         resolution = max(placement.parameters.translation_tolerance, EPSILON)
         noise = float(np.fmax(self.rmse, resolution))
@@ -336,9 +334,7 @@ def record_of_match(
 
 def are_apart(motion: FloatArray, other: FloatArray) -> bool:
     """True if two motions (3,) differ by more than `MAX_ERROR`; NaN differs."""
-    difference = motion - other
-    difference[2] = wrap(difference[2])
-    return not is_within(difference, MAX_ERROR)
+    return not is_within(motion - other, MAX_ERROR)
 
 
 def rmse_of(pairs: Correspondences) -> float:
@@ -350,12 +346,11 @@ def rmse_of(pairs: Correspondences) -> float:
 
 def on_matched_points(match: IcpResult | Placement) -> Placement:
     """The scan where a match put it, on the matched points alone: a record outlives the map."""
-    is_matched = np.zeros(len(match.target.points), np.bool_)
-    is_matched[match.correspondences.target_index] = True
+    rows = np.unique(match.correspondences.target_index)
     coarse = isinstance(match, IcpResult) and match.coarse_poses == len(match.poses)
     return Placement(
         source=match.source,
-        target=match.target.select(is_matched),
+        target=match.target.select(rows),
         parameters=match.parameters,
         T_target_source=match.T_target_source,
         coarse=coarse,

@@ -42,6 +42,7 @@ from labkit.simulation import (
 )
 from labkit.simulation.world import polyline
 from labkit.support.errors import InvalidParameterError
+from labkit.target import target_on_lines
 
 STILL = np.zeros(3)
 EMPTY = Scan.from_ranges([math.inf], [0.0])
@@ -412,7 +413,7 @@ def test_the_covariance_is_that_of_the_match_and_wide_without_one(noise_std):
     matched = step(older, newer, PRIOR)
     unmatched = step(older, EMPTY, PRIOR)
 
-    local_map = Target.on_lines(older.points, Target(older).normals)
+    local_map = target_on_lines(older.points, Target(older).normals)
     result = on_matched_points(icp(newer, local_map, from_xytheta(PRIOR), ACCURATE))
     wide = np.diag(matched.evidence.std**2)
     noise = matched.rmse
