@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.correspondences import Correspondences
-from labkit.line_alignment import Information, line_information
+from labkit.line_alignment import Information, center_and_length, information_of
 from labkit.scan import Scan, as_scan
-from labkit.support.arrays import as_floats, check_kind
-from labkit.support.errors import DegenerateAlignmentError, InvalidPointsError
+from labkit.support.arrays import as_floats, as_normals, check_kind
+from labkit.support.errors import InvalidPointsError
 from labkit.target import Target
 
 MAX_TURN_OF_SHIFT = 0.1  # component ℓΔψ of a motion below which it is called a shift
@@ -39,19 +39,16 @@ def observability(
             f"`target` must be the target of `pairs`, got one of {len(target.normals)} points"
         )
     normals = target.normals[pairs.target_index]
+    other_normals = normals
     used = pairs.kept & np.isfinite(normals[:, 0])
-    other_normals = None
     if source_normals is not None:
-        other_normals = as_floats(source_normals, "source_normals", shape=(len(used), 2))
+        other_normals = as_normals(source_normals, "source_normals", len(used), gaps=True)
         used &= np.isfinite(other_normals[:, 0])
-        other_normals = other_normals[used]
-    if not used.any():
-        return None
     points, weights = pairs.source[used], pairs.weights[used]
-    try:
-        return line_information(points, normals[used], weights, other_normals)
-    except DegenerateAlignmentError:
+    _, length = center_and_length(points, weights)
+    if not length > 0.0:
         return None
+    return information_of(points, normals[used], other_normals[used], weights)
 
 
 def free_motions(information: Information) -> tuple[str, ...]:

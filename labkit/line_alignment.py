@@ -86,6 +86,11 @@ def line_information(
     as_normals(n, "normals", len(p))
     other = n if other_normals is None else as_normals(other_normals, "other_normals", len(p))
     _check_spread(p, w)
+    return information_of(p, n, other, w)
+
+
+def information_of(p: FloatArray, n: FloatArray, other: FloatArray, w: FloatArray) -> Information:
+    """The same of arrays that are checked, points with weight that do not coincide."""
     center, length, values, vectors = eigen_information(p, n, other, w)
     return Information(center=np.array(center), length=length, values=values, vectors=vectors)
 
