@@ -35,9 +35,12 @@ def integrate_step(pose: ArrayLike, increment: ArrayLike) -> FloatArray:
 
 
 def is_within(motion: FloatArray, limits: tuple[float, float]) -> bool:
-    """True if a motion (3,) leads no farther than the limits, [m] and [rad]; NaN is not within."""
+    """True if a motion (3,) leads no farther than the limits, [m] and [rad]; NaN is not within.
+
+    A turn may be a difference of two, beyond half a turn.
+    """
     x, y, turn = motion.tolist()
-    return math.hypot(x, y) <= limits[0] and abs(turn) <= limits[1]
+    return math.hypot(x, y) <= limits[0] and abs(math.remainder(turn, math.tau)) <= limits[1]
 
 
 def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:

@@ -159,6 +159,7 @@ class MapOdometry(Odometry[MapState]):
         """Propose, match, score and choose."""
         target = state.map.target
         T_map_last = state.map.T_target_last
+        T_last_map = invert(T_map_last)
         history = state.history
         if target is None or len(scan) < MIN_PAIRS:
             record = no_match("older" if target is None else "newer")
@@ -171,7 +172,7 @@ class MapOdometry(Odometry[MapState]):
         for candidates in propose(scan, target, expected, reach):
             for T_guess in candidates:
                 candidate = match(scan, target, T_guess, expected, self.parameters.icp)
-                motion = to_xytheta(invert(T_map_last) @ candidate.T)
+                motion = to_xytheta(T_last_map @ candidate.T)
                 is_expected = candidate.agreement >= SURE_SCORE or expected.allows(candidate.T)
                 if not (scales.allow(motion) and is_expected):
                     candidate = candidate.without_score()
@@ -243,15 +244,15 @@ def choose_beside_wheels(
     The scan at the wheels' own pose wins where it agrees as well as the best match.
     """
     best = choose(matches)
-    nearest = choose([match for match in [at_wheels, *matches] if expected.holds(match.T)])
-    is_outside = not (expected.holds(best.T) or is_plainly_better(best, nearest, matches, expected))
-    if is_outside and nearest.score <= MIN_SCORE:
-        return Choice(best, is_believed=False)
     rival = None
-    if is_outside:
-        has_score = math.isfinite(best.score)  # a failed match has none
-        rival = best if has_score else None
-        best = nearest
+    if not expected.holds(best.T):
+        nearest = choose([match for match in [at_wheels, *matches] if expected.holds(match.T)])
+        if not is_plainly_better(best, nearest, matches, expected):
+            if nearest.score <= MIN_SCORE:
+                return Choice(best, is_believed=False)
+            has_score = math.isfinite(best.score)  # a failed match has none
+            rival = best if has_score else None
+            best = nearest
     if at_wheels.agreement >= max(best.agreement, MIN_SCORE):
         return Choice(at_wheels, is_believed=True, rival=rival, confirms_wheels=True)
     return Choice(best, best.score > MIN_SCORE, rival)

@@ -10,7 +10,6 @@ import numpy as np
 from labkit.odometry.constants import UNUSUAL, USUAL_LIMITS
 from labkit.odometry.record import rmse_of
 from labkit.result import IcpResult
-from labkit.se2 import wrap
 from labkit.support.arrays import FloatArray, check_range
 from labkit.support.errors import InvalidParameterError
 
@@ -92,6 +91,7 @@ def check_turn(limit: float, name: str) -> None:
 def limit_failures(motion: FloatArray, window: tuple[float, float], where: str = "") -> list[str]:
     """Reasons why a motion leads out of a window, [m] and [rad]. NaN never passes."""
     x, y, turn = motion.tolist()
+    turn = math.remainder(turn, math.tau)  # of a difference of two
     shift = math.hypot(x, y)
     max_shift, max_turn = window
     reasons = []
@@ -137,9 +137,7 @@ def match_failures(
 
 def prior_failures(increment: FloatArray, prior: FloatArray, limits: SanityLimits) -> list[str]:
     """Reasons why a motion lies too far from the prior."""
-    from_prior = increment - prior
-    from_prior[2] = wrap(from_prior[2])
-    return limit_failures(from_prior, limits.prior_window, " from the prior")
+    return limit_failures(increment - prior, limits.prior_window, " from the prior")
 
 
 def unknown_std(prior: FloatArray | None, limits: SanityLimits) -> FloatArray:
