@@ -54,6 +54,8 @@ def share_looked_through(source: FloatArray, target: FloatArray, T: FloatArray) 
     Points hidden behind the beams' ends are not in view; NaN where none is.
     """
     bearings, lengths = beams_of(source)
+    bins_per_bearing = 0.25 * len(bearings)  # as many bins from −2 to 2 as there are beams
+    first_of_bin = np.searchsorted(bearings, np.arange(len(bearings) + 1) / bins_per_bearing - 2.0)
     looked_through = 0
     hit = 0
     max_distance = lengths.max() + CLEARANCE
@@ -65,8 +67,11 @@ def share_looked_through(source: FloatArray, target: FloatArray, T: FloatArray) 
             continue
         x = T[0, 0] * dx + T[1, 0] * dy
         y = T[0, 1] * dx + T[1, 1] * dy
-        k = np.searchsorted(bearings, bearing(x, y))  # the point lies between beams k − 1 and k
-        if k in (0, len(bearings)):
+        direction = bearing(x, y)
+        k = first_of_bin[int((direction + 2.0) * bins_per_bearing)]
+        while k < len(bearings) and bearings[k] < direction:
+            k += 1
+        if k in (0, len(bearings)):  # the point lies between beams k − 1 and k
             continue
         if distance < min(lengths[k - 1], lengths[k]) - CLEARANCE:
             looked_through += 1
