@@ -26,7 +26,6 @@ from labkit.odometry.record import STILL, Decision, Scales, StepRecord
 from labkit.odometry.sanity import SanityLimits
 from labkit.odometry.wheels import scale_of
 from labkit.scan import Scan
-from labkit.se2 import from_xytheta, relative, to_xytheta
 from labkit.support.arrays import FloatArray
 
 
@@ -118,6 +117,6 @@ def growth_of(motion: FloatArray) -> float:
 def wheel_error(told: FloatArray, measured: FloatArray, scales: Scales) -> tuple[float, float]:
     """Error of the wheels in a step, as it would be at rest, [m] and [rad]."""
     expected = scales.correct(told)
-    x, y, turn = to_xytheta(relative(from_xytheta(expected), from_xytheta(measured))).tolist()
+    x, y, turn = (measured - expected).tolist()
     growth = growth_of(expected)
-    return math.hypot(x, y) / growth, abs(turn) / growth
+    return math.hypot(x, y) / growth, abs(math.remainder(turn, math.tau)) / growth
