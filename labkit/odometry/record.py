@@ -238,9 +238,9 @@ class StepRecord:
         if self.decision is Decision.START:
             return False
         is_unclear = not self.decision.matched or self.ambiguous or self.against_prior
-        is_unmeasured = self.degenerate
-        if self.prior is not None:
-            is_unmeasured = self.weakest_std > MAX_ERROR[0]
+        is_unmeasured = self.weakest_std > self.allowed_std
+        if self.prior is None:
+            is_unmeasured = is_unmeasured or self.degenerate
         return is_unclear or is_unmeasured or self.is_contradicted or self.is_over_gap
 
     @property
@@ -252,6 +252,20 @@ class StepRecord:
     def is_over_gap(self) -> bool:
         """True if scans are missing before this one, and no wheels told the motion."""
         return self.prior is None and self.scales is not None and self.scales.steps >= 2.0
+
+    @property
+    def allowed_std(self) -> float:
+        """Largest `weakest_std` [m] of a step that is not doubtful.
+
+        Beside wheels it is `MAX_ERROR`, and half of it where the step lies more than two of their
+        usual errors off them: one of the two is wrong. Without wheels it is that of a wrong step.
+        """
+        if self.prior is None:
+            return 2.0 * MAX_ERROR[0]
+        told = self.prior if self.scales is None else self.scales.correct(self.prior)
+        x, y, _ = (self.increment - told).tolist()
+        is_off_wheels = math.hypot(x, y) > 2.0 * float(self.evidence.std[0])
+        return 0.5 * MAX_ERROR[0] if is_off_wheels else MAX_ERROR[0]
 
     @property
     def weakest_std(self) -> float:

@@ -334,6 +334,29 @@ def test_the_weakest_direction_is_told_by_wheels_and_walls_together(information)
     assert record.is_doubtful == (information < 0.1)
 
 
+@pytest.mark.parametrize(
+    ("prior", "allowed_std"),
+    [
+        (MOTION, 0.1),
+        (MOTION + degrees([0, 0.59, 0]), 0.1),
+        (MOTION + degrees([0, 0.61, 0]), 0.05),
+        (None, 0.2),
+    ],
+)
+def test_the_less_wheels_bear_a_step_out_the_better_scans_have_to_measure_it(prior, allowed_std):
+    """Wheels whose usual error is 0.3 m; without them a step is doubtful if it may be wrong."""
+    for std in (0.99 * allowed_std, 1.01 * allowed_std):
+        information = 0.02**2 * (1.0 / std**2 - 1.0 / 0.3**2)
+        record = replace(
+            BESIDE_WHEELS,
+            prior=prior,
+            evidence=Evidence(np.array([0.3, 0.3, 0.1])),
+            check=Check(MOTION, noise=0.02, information=information),
+        )
+        assert record.weakest_std == pytest.approx(std)
+        assert record.is_doubtful == (std > allowed_std)
+
+
 def test_a_step_that_makes_up_for_a_wrong_one_is_doubtful_too():
     """Its own match with the map is perfect: the scan before lies where it is not."""
     older, newer = two_scans(room())
