@@ -183,7 +183,7 @@ class MapOdometry(Odometry[MapState]):
                 break
         choice = Choice(best, best.score > MIN_SCORE)
         if prior is not None:
-            at_wheels = stay(scan, target, expected, self.parameters.icp)
+            at_wheels = stay(scan, target, expected, self.parameters.icp, best)
             choice = choose_beside_wheels(matches, at_wheels, expected)
         decision = Decision.SEARCH
         if choice.confirms_wheels:

@@ -42,12 +42,18 @@ class Match(NamedTuple):
         return self._replace(score=-math.inf, agreement=-math.inf)
 
 
-def stay(scan: Scan, target: Target, expected: Expectation, parameters: IcpParameters) -> Match:
-    """The scan as it lies at the most expected pose, without a match."""
+def stay(
+    scan: Scan, target: Target, expected: Expectation, parameters: IcpParameters, best: Match
+) -> Match:
+    """The scan as it lies at the most expected pose, without a match.
+
+    If the best match lies in the window, too, it only counts whether this one agrees as well.
+    """
     placement = Placement(
         source=scan, target=target, parameters=parameters, T_target_source=expected.poses[0]
     )
-    return Match(placement, *score(placement, expected))
+    least_agreement = best.agreement if expected.holds(best.T) else -math.inf
+    return Match(placement, *score(placement, expected, least_agreement))
 
 
 def match(

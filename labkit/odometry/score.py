@@ -33,17 +33,23 @@ class Score(NamedTuple):
     agreement: float = -math.inf
 
 
-def score(result: IcpResult | Placement, expected: Expectation) -> Score:
-    """Score a match by (5.3); −∞ where it failed."""
+def score(
+    result: IcpResult | Placement, expected: Expectation, least_agreement: float = -math.inf
+) -> Score:
+    """Score a match by (5.3); −∞ where it failed.
+
+    Where its pairs alone agree by less than `least_agreement`, v is left out: it only lowers that.
+    """
     if result.termination is not None and result.termination.failed:
         return Score()
     gate = gate_of(result.parameters, False)
     max_loss = math.inf if gate == math.inf else loss_of(gate, result.parameters.huber_delta)
     agreement = 1.0 - min(1.0, result.correspondences.cost / max_loss)
     T = np.array(result.T_target_source)
-    looked_through = share_looked_through(result.source.points, result.target.points, T)
-    if looked_through > 0.0:  # NaN where nothing of the map is in view
-        agreement -= LOOKED_THROUGH_COST * looked_through
+    if agreement >= least_agreement:
+        looked_through = share_looked_through(result.source.points, result.target.points, T)
+        if looked_through > 0.0:  # NaN where nothing of the map is in view
+            agreement -= LOOKED_THROUGH_COST * looked_through
     return Score(agreement - expected.cost(T), agreement)
 
 
