@@ -4,7 +4,7 @@
 tells how references are found), or its first N scans by ``--scans N``, two runs at a time, and
 writes each result as a line of JSON when it is known. ``--repeats R`` makes R runs, which differ by
 a millimetre of noise: one run scatters by a factor of two, so compare medians. All rows are run
-once before any is run again. ``--vary NAME=1.33`` makes one number of the odometry a third larger.
+once before any is run again.
 ``disturbances.py --page FILE...`` writes ``book/disturbances.md`` from the results.
 """
 
@@ -34,7 +34,7 @@ import labkit
 from labkit import Scan, Target, from_xytheta, icp, to_xytheta
 from labkit.correspondences import loss_of
 from labkit.evaluation import ate
-from labkit.odometry import MapOdometry, StepRecord, constants, increments_between, integrate
+from labkit.odometry import MapOdometry, StepRecord, increments_between, integrate
 from labkit.odometry.constants import MARGIN
 from labkit.odometry.record import Placement
 from labkit.odometry.search import search
@@ -659,16 +659,6 @@ steps {0:,} of {1:,} wrong ones are doubtful ({2:.0f} %); on the clean logs with
 {4:,} right ones are ({5:.1f} %)."""
 
 
-def vary(text: str) -> None:
-    """Set a constant of the odometry, `NAME=FACTOR`, to so many times its value, in all modules."""
-    name, _, factor = text.partition("=")
-    value = np.multiply(getattr(constants, name), float(factor)).tolist()
-    value = tuple(value) if isinstance(value, list) else type(getattr(constants, name))(value)
-    for module in list(sys.modules.values()):
-        if module.__name__.startswith("labkit.odometry") and hasattr(module, name):
-            setattr(module, name, value)
-
-
 def main() -> int:
     """Run, print and write; or write the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -681,10 +671,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, metavar="FILE", help="the results, JSON lines")
     parser.add_argument("--page", nargs="+", type=Path, metavar="FILE", help="results to write up")
     parser.add_argument("--measured", default=labkit.__version__, help="the version, for the page")
-    parser.add_argument("--vary", metavar="NAME=FACTOR", help="one of `labkit.odometry.constants`")
     args = parser.parse_args()
-    if args.vary:
-        vary(args.vary)
     if args.page:
         lines = [line for path in args.page for line in path.read_text("utf-8").splitlines()]
         results = [json.loads(line) for line in lines]
