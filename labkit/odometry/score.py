@@ -61,7 +61,8 @@ def share_looked_through(source: FloatArray, target: FloatArray, T: FloatArray) 
     """
     bearings, lengths = beams_of(source)
     bins_per_bearing = 0.25 * len(bearings)  # as many bins from −2 to 2 as there are beams
-    first_of_bin = np.searchsorted(bearings, np.arange(len(bearings) + 1) / bins_per_bearing - 2.0)
+    edges = (np.arange(len(bearings) + 1) - 0.5) / bins_per_bearing - 2.0  # early: for rounding
+    first_of_bin = np.searchsorted(bearings, edges)
     looked_through = 0
     hit = 0
     max_distance = lengths.max() + CLEARANCE

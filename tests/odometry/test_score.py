@@ -63,6 +63,20 @@ def test_nobody_knows_what_is_hidden_or_out_of_view():
     assert math.isnan(looked_through(wall, -wall, np.eye(3)))
 
 
+@pytest.mark.parametrize("count", [4, 41, 72, 360, 361])
+def test_a_point_on_a_beam_lies_between_that_beam_and_the_one_before(count):
+    """As a search among all bearings tells, however they round: ±180° are the ends of the line."""
+    angles = np.linspace(-math.pi, math.pi, count)
+    ring = 3.0 * np.column_stack([np.cos(angles), np.sin(angles)])
+    x, y = np.indices((9, 9)) - 4.0
+    bearings = np.sort([bearing(*point) for point in ring])
+
+    for point in [*ring, *np.column_stack([x.ravel(), y.ravel()])]:
+        k = np.searchsorted(bearings, bearing(*point))
+        is_in_view = 0 < k < count and math.hypot(*point) < 3.0 + CLEARANCE
+        assert np.isfinite(looked_through(ring, [point], np.eye(3))) == is_in_view
+
+
 def test_beams_are_looked_along_from_the_pose():
     wall = np.column_stack([np.full(41, 4.0), np.linspace(-1.0, 1.0, 41)])
     back = from_xytheta([-2.0 * CLEARANCE, 0.0, 0.0])
