@@ -137,7 +137,7 @@ class Scan:
 
     def select(self, kept: BoolArray | IntArray) -> Scan:
         """Scan of the points named by a mask or by indices, their beams included."""
-        kept = _as_selection(kept, len(self))
+        kept = as_selection(kept, len(self))
         beams = None if self.beams is None else self.beams[kept]
         return replace(self, points=self.points[kept], beams=beams)
 
@@ -156,7 +156,7 @@ def is_return(ranges: FloatArray, range_min: float, range_max: float) -> BoolArr
     return (ranges > range_min) & (ranges < min(range_max, LONGEST_RANGE))
 
 
-def _as_selection(kept: BoolArray | IntArray, count: int) -> BoolArray | IntArray:
+def as_selection(kept: BoolArray | IntArray, count: int) -> BoolArray | IntArray:
     """Check a mask of `count` points, or indices below it."""
     try:
         selection: NDArray[Any] = np.asarray(kept)

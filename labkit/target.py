@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from labkit.neighbors import NearestNeighbors
 from labkit.normals import SPARSE, fit_lines, line_noise, line_width
 from labkit.parameters import IcpParameters
-from labkit.scan import Scan, as_scan, scan_of_checked
+from labkit.scan import Scan, as_scan, as_selection, scan_of_checked
 from labkit.support.arrays import BoolArray, FloatArray, IntArray, as_normals, read_only
 
 NO_NORMALS = read_only(np.empty((0, 2)))
@@ -104,6 +104,7 @@ class Target:
 
     def select(self, rows: BoolArray | IntArray) -> Target:
         """The target with some of its points, by a mask (M,) or rows, which stay on their lines."""
+        rows = as_selection(rows, len(self.points))
         noise = self.noise if self.dense else math.nan  # sparse points show it themselves
         return target_on_lines(self.points[rows], self.normals[rows], self._width, noise)
 

@@ -10,6 +10,7 @@ import pytest
 from labkit import Scan, Target
 from labkit.normals import estimate_normals
 from labkit.simulation import Lidar, cast, room
+from labkit.support.errors import InvalidPointsError
 from labkit.target import as_target, target_on_lines
 
 
@@ -50,6 +51,12 @@ def test_some_points_of_a_dense_target_stay_on_their_lines():
     assert part.line_width == target.line_width
     np.testing.assert_array_equal(part.points, target.points[is_kept])
     np.testing.assert_array_equal(part.normals, target.normals[is_kept])
+
+
+@pytest.mark.parametrize("rows", [3, None, [[0, 1], [1, 0]], [0, 9], [True]])
+def test_rows_that_are_none_of_the_target_are_refused(rows):
+    with pytest.raises(InvalidPointsError, match="`kept` must be a mask of 4 points"):
+        Target(np.eye(4, 2)).select(rows)
 
 
 def test_points_lie_on_the_same_lines_whoever_gives_their_normals():
