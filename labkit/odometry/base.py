@@ -21,7 +21,7 @@ from labkit.odometry.bent_walls import curvature, is_sampled
 from labkit.odometry.constants import KEPT_STEPS
 from labkit.odometry.integration import increments_of_scanner
 from labkit.odometry.parameters import OdometryParameters
-from labkit.odometry.record import UNKNOWN, StepRecord
+from labkit.odometry.record import Evidence, StepRecord
 from labkit.odometry.remarks import Step, largest_range, remarks_on
 from labkit.scan import Scan, check_angles
 from labkit.se2 import check_headings, wrap
@@ -112,7 +112,7 @@ class Odometry(ABC, Generic[State]):
         velocity = run.velocities.during(scan, prior)
         straight = scan if skewed is None or velocity is None else deskew(skewed, velocity)
         record, state = self.advance(run.state, self._filter(straight), prior)
-        bare = replace(record, evidence=UNKNOWN)
+        bare = replace(record, evidence=Evidence(record.evidence.std))
         step = Step(
             record=bare,
             told=prior,

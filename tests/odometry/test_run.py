@@ -20,7 +20,7 @@ from labkit.odometry import (
 )
 from labkit.scan import scanner_poses
 from labkit.se2 import from_xytheta, to_xytheta
-from labkit.simulation import Lidar, room, scan_along
+from labkit.simulation import Lidar, corridor, room, scan_along
 from labkit.support.errors import InvalidParameterError, InvalidPointsError
 
 EMPTY = Scan.from_ranges([math.inf], [0.0])
@@ -50,6 +50,20 @@ def test_streaming_is_the_same_as_the_whole_log(priors):
     whole = estimate_odometry(SCANS, priors, start=TRUTH[0])
     np.testing.assert_array_equal(poses, whole.poses)
     assert_same_records(records, whole.records)
+
+
+def test_a_step_stays_doubtful_when_its_match_is_let_go():
+    """Along a corridor the wheels alone tell the way, as well as they do."""
+    steps = [[0.5, 0.0, 0.0]] * 4
+    scans = scan_along(corridor(), integrate(steps, [-3.0, 0.0, 0.0]), Lidar(), rng=1)
+
+    odometry = MapOdometry()
+    for k, scan in enumerate(scans):
+        record = odometry.update(scan, steps[k - 1] if k > 0 else None)
+
+    assert record.weakest_std > record.allowed_std
+    assert record.is_doubtful
+    assert odometry.last_step.record.is_doubtful
 
 
 OFFSET = (0.2, -0.1, 0.4)
