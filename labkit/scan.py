@@ -145,9 +145,7 @@ class Scan:
 def scan_of_checked(points: FloatArray, **parts: Any) -> Scan:
     """A scan of read-only parts that are checked by now, without a second look at them."""
     scan = object.__new__(Scan)
-    vars(scan).update(points=points, beams=None, ranges=None, angles=None)
-    vars(scan).update(stamp=math.nan, time_increment=0.0)
-    vars(scan).update(parts)
+    vars(scan).update(points=points, **parts)  # the class holds the others' defaults
     return scan
 
 

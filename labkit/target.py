@@ -102,11 +102,11 @@ class Target:
         normals, points = fit_lines(self.scan, self._measured.grid, *self._width)
         return read_only(normals), read_only(points)
 
-    def select(self, rows: BoolArray | IntArray) -> Target:
+    def select(self, kept: BoolArray | IntArray) -> Target:
         """The target with some of its points, by a mask (M,) or rows, which stay on their lines."""
-        rows = as_selection(rows, len(self.points))
+        kept = as_selection(kept, len(self.points))
         noise = self.noise if self.dense else math.nan  # sparse points show it themselves
-        return target_on_lines(self.points[rows], self.normals[rows], self._width, noise)
+        return target_on_lines(self.points[kept], self.normals[kept], self._width, noise)
 
     def normals_for(self, parameters: IcpParameters) -> FloatArray:
         """The normals that the loop needs: those of all points, or none under point-to-point."""
