@@ -46,11 +46,11 @@ REST = (0.02, math.radians(0.5))  # [m], [rad]: wheels that tell less tell a sta
 SAME_VIEW_SHARE = 0.9  # of a scan's points that repeat those of the scan before, at a stand
 MIN_MOTION = (0.05, math.radians(2.0))  # [m], [rad]: what moves less tells no ratio
 REPEAT_DISTANCE = 0.1  # [m]: a point repeats an earlier one that lies nearer; twice as far from
-# the map it is off the map
+# the map it is off the map; a map remembers one point of a wall in each square of this side
 CARRIED_SHARES = (0.1, 0.65)  # of a scan's points: fewer lie so by chance, more tell of slips
 
 # Map (local_map)
-KEY_SCANS = 60  # in the map, however long the robot drives: acapulco and edmonton, clean
+KEY_SCANS = 60  # whole in the map; of those before them it remembers the walls: clean logs
 KEY_MOTION = (0.3, math.radians(20.0))  # [m], [rad]: a robot that went farther takes a key scan
 MAP_CELL = 0.05  # [m]: a key scan keeps one point in each square of this size
 
@@ -58,7 +58,8 @@ MAP_CELL = 0.05  # [m]: a key scan keeps one point in each square of this size
 CELL = 0.1  # [m]: side of a cell of the tables; a point one cell away counts exp(−½)
 COARSE_CELLS = 4  # cells from one coarse pose to the next; a point farther away counts nothing
 COARSE_TURN = math.radians(2.0)  # [rad] from one coarse pose to the next: no wheels
-MAX_RANGE = 20.0  # [m]: points farther away move too far in a coarse turn; a search reaches half
+MAX_RANGE = 20.0  # [m]: points farther away move too far in a coarse turn; a search reaches half,
+# and walls that are remembered count so far at least
 MAX_POINTS = 100  # of the source that are looked up
 MAX_COARSE_POSES = 200  # of the highest scores: a fine search goes on from them
 MAX_STARTS = 8  # poses that are worth trying with ICP, of the fine search and of the expected

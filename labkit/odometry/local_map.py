@@ -1,6 +1,7 @@
-"""Target of the next scan: a map of the last key scans.
+"""Target of the next scan: a map of the last key scans, and of the walls before them.
 
-Against a map, errors add up from one key scan to the next, and not from one scan to the next.
+Against a map, errors add up from one key scan to the next, and not from one scan to the next;
+where the robot comes back to walls that the map remembers, not at all.
 Each point of the map keeps its place and the normal from its own scan: if two views of a wall lie
 a centimetre apart, a line through the mixture could have any direction.
 """
@@ -13,6 +14,15 @@ import numpy as np
 
 from labkit.odometry.carried import mask_carried, mask_repeats
 from labkit.odometry.constants import KEY_MOTION, KEY_SCANS, MAP_CELL
+from labkit.odometry.walls import (
+    NO_WALLS,
+    Walls,
+    first_of_squares,
+    mask_near,
+    moved,
+    seen_twice,
+    with_normals,
+)
 from labkit.result import step_length
 from labkit.se2 import from_xytheta, invert
 from labkit.support.arrays import FloatArray
@@ -20,15 +30,18 @@ from labkit.target import Target, target_on_lines
 
 
 class LocalMap(NamedTuple):
-    """The last key scans as one target, in the frame of the newest of them.
+    """What the robot has seen around, as one target in the frame of the newest key scan.
 
+    First come the walls that it remembers, then the points of the last key scans, the oldest first.
     `T_target_last` is the pose of the scan before, from which the next one starts.
     """
 
     target: Target | None = None
     key: Target | None = None  # the newest key scan, as it was taken
     T_target_last: FloatArray = np.eye(3)
-    sizes: tuple[int, ...] = ()  # points of each key scan, the oldest first
+    sizes: tuple[int, ...] = ()  # points of each of the last key scans
+    walls: Walls = NO_WALLS
+    T_walls_target: FloatArray = np.eye(3)
 
     def follow(self, increment: FloatArray) -> LocalMap:
         """The same map after one `increment` (Δx, Δy, Δψ)."""
@@ -53,21 +66,30 @@ class LocalMap(NamedTuple):
         return self._add_key_scan(fixed, newest)
 
     def _add_key_scan(self, newest: Target, key: Target) -> LocalMap:
-        """Add a key scan: of each cell the first point, with its normal among all of the scan.
+        """Add a key scan: of each square the first point, with its normal among all of the scan.
 
-        The map moves into the frame of this scan, and loses the oldest one beyond `KEY_SCANS`.
+        It brings nothing to walls that the map remembers. The map moves into its frame, and of the
+        oldest one beyond `KEY_SCANS` it keeps the walls.
         """
-        column, row = np.floor(newest.points / MAP_CELL).T
-        cells = column + 1j * row  # one number a cell: sorted in a tenth of the time of a pair
-        first_of_cell = np.sort(np.unique(cells, return_index=True)[1])
-        points = newest.points[first_of_cell]
-        normals = newest.normals[first_of_cell]
-        sizes = (*self.sizes, len(first_of_cell))
-        if self.target:
-            T = invert(self.T_target_last)
-            surplus = sum(sizes[:-KEY_SCANS])
-            moved = (T[:2, :2] @ self.target.points[surplus:].T + T[:2, 2:]).T
-            points = np.vstack([moved, points])
-            normals = np.vstack([self.target.normals[surplus:] @ T[:2, :2].T, normals])
-        target = target_on_lines(points, normals)
-        return LocalMap(target, key, sizes=sizes[-KEY_SCANS:])
+        rows = with_normals(newest)
+        rows = rows[np.sort(first_of_squares(rows, MAP_CELL))]
+        if self.target is None:
+            return LocalMap(map_target(rows), key, sizes=(len(rows),))
+        start = len(self.target.points) - sum(self.sizes)  # of the last key scans
+        rows = rows[~mask_near(moved(rows, self.T_target_last), self.target, 0, start)]
+        walls = self.walls
+        if len(self.sizes) == KEY_SCANS:
+            end = start + self.sizes[0]
+            walls = walls.add(moved(seen_twice(self.target, start, end), self.T_walls_target))
+            start = end
+        T_walls_target = self.T_walls_target @ self.T_target_last
+        around = moved(walls.around(T_walls_target), invert(T_walls_target))
+        last = moved(with_normals(self.target)[start:], invert(self.T_target_last))
+        target = map_target(np.vstack([around, last, rows]))
+        sizes = (*self.sizes[1 - KEY_SCANS :], len(rows))
+        return LocalMap(target, key, sizes=sizes, walls=walls, T_walls_target=T_walls_target)
+
+
+def map_target(rows: FloatArray) -> Target:
+    """A target of rows (N, 4), each a point and its normal."""
+    return target_on_lines(np.array(rows[:, :2], order="C"), np.array(rows[:, 2:], order="C"))

@@ -1,4 +1,4 @@
-"""The lab's own odometry: propose, match, score, choose, check, by a map of the last key scans.
+"""The lab's own odometry: propose, match, score, choose, check, by a map of what it has seen.
 
 propose   where the robot may be: by the wheels or the last motions, and by a search
 match     ICP from each of these places
@@ -82,7 +82,8 @@ class MapOdometry(Odometry[MapState]):
     """Odometry of the lab: against a map, with a search, for wheels and scans that may be wrong.
 
     Between calls it holds the map, the pose and the last motions, as the lesson's Simulink block
-    does in persistent variables: never more, however long the drive.
+    does in persistent variables. Only the walls that the map remembers become more as the robot
+    drives: 32 bytes for each 10 cm, and a step looks at those around it alone.
 
     Examples
     --------
