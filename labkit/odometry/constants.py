@@ -41,13 +41,12 @@ MAX_ERROR = (0.1, math.radians(2.5))  # [m], [rad]: a step that may err by more 
 CLEARANCE = 0.3  # [m]: a beam must end this far behind a point to have looked through it
 LOOKED_THROUGH_COST = 0.5  # of agreement, if beams look through all walls in view
 
-# Wheels and things that lie as they lay (wheels, carried)
+# Wheels, and scans that repeat (wheels)
 REST = (0.02, math.radians(0.5))  # [m], [rad]: wheels that tell less tell a stand
 SAME_VIEW_SHARE = 0.9  # of a scan's points that repeat those of the scan before, at a stand
 MIN_MOTION = (0.05, math.radians(2.0))  # [m], [rad]: what moves less tells no ratio
-REPEAT_DISTANCE = 0.1  # [m]: a point repeats an earlier one that lies nearer; twice as far from
-# the map it is off the map; a map remembers one point of a wall in each square of this side
-CARRIED_SHARES = (0.1, 0.65)  # of a scan's points: fewer lie so by chance, more tell of slips
+REPEAT_DISTANCE = 0.1  # [m]: a point repeats an earlier one that lies nearer; of walls that leave
+# the map one point stays in each square of this side
 
 # Map (local_map)
 KEY_SCANS = 60  # whole in the map; of those before them it remembers the walls: clean logs

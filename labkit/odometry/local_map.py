@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from labkit.odometry.carried import mask_carried, mask_repeats
 from labkit.odometry.constants import KEY_MOTION, KEY_SCANS, MAP_CELL
 from labkit.odometry.walls import (
     NO_WALLS,
@@ -37,7 +36,6 @@ class LocalMap(NamedTuple):
     """
 
     target: Target | None = None
-    key: Target | None = None  # the newest key scan, as it was taken
     T_target_last: FloatArray = np.eye(3)
     sizes: tuple[int, ...] = ()  # points of each of the last key scans
     walls: Walls = NO_WALLS
@@ -47,34 +45,21 @@ class LocalMap(NamedTuple):
         """The same map after one `increment` (Δx, Δy, Δψ)."""
         return self._replace(T_target_last=self.T_target_last @ from_xytheta(increment))
 
-    def add(self, newest: Target, prior: FloatArray | None, *, matched: bool) -> LocalMap:
-        """The map with the newest scan, at `T_target_last`, if it was not matched, or lies far off.
+    def add(self, newest: Target, *, matched: bool) -> LocalMap:
+        """The map with the newest scan if it was not matched, or lies far from the last key scan.
 
-        If a prior told the motion, what is carried along stays out of the map.
+        Of each square such a key scan keeps the first point, with its normal among all of the scan.
+        It brings nothing to walls that the map remembers. The map moves into its frame, and of the
+        oldest one beyond `KEY_SCANS` it keeps the walls.
         """
         distance, rotation = step_length(np.eye(3), self.T_target_last)
         is_near = distance <= KEY_MOTION[0] and rotation <= KEY_MOTION[1]
         if self.target and matched and is_near:
             return self
-        fixed = newest
-        if prior is not None and self.target and self.key:
-            scan = newest.scan
-            repeats = mask_repeats(scan, self.key)
-            carried = mask_carried(scan, repeats, self.target, self.T_target_last)
-            if carried.any():
-                fixed = Target(scan.select(~carried))
-        return self._add_key_scan(fixed, newest)
-
-    def _add_key_scan(self, newest: Target, key: Target) -> LocalMap:
-        """Add a key scan: of each square the first point, with its normal among all of the scan.
-
-        It brings nothing to walls that the map remembers. The map moves into its frame, and of the
-        oldest one beyond `KEY_SCANS` it keeps the walls.
-        """
         rows = with_normals(newest)
         rows = rows[np.sort(first_of_squares(rows, MAP_CELL))]
         if self.target is None:
-            return LocalMap(map_target(rows), key, sizes=(len(rows),))
+            return LocalMap(map_target(rows), sizes=(len(rows),))
         start = len(self.target.points) - sum(self.sizes)  # of the last key scans
         rows = rows[~mask_near(moved(rows, self.T_target_last), self.target, 0, start)]
         walls = self.walls
@@ -87,7 +72,7 @@ class LocalMap(NamedTuple):
         last = moved(with_normals(self.target)[start:], invert(self.T_target_last))
         target = map_target(np.vstack([around, last, rows]))
         sizes = (*self.sizes[1 - KEY_SCANS :], len(rows))
-        return LocalMap(target, key, sizes=sizes, walls=walls, T_walls_target=T_walls_target)
+        return LocalMap(target, sizes=sizes, walls=walls, T_walls_target=T_walls_target)
 
 
 def map_target(rows: FloatArray) -> Target:

@@ -66,7 +66,7 @@ class MapState(NamedTuple):
         newest = Target(scan) if len(scan) >= MIN_PAIRS else None
         next_map = self.map.follow(increment)
         if newest is not None and not record.has_rival:
-            next_map = next_map.add(newest, record.prior, matched=matched)
+            next_map = next_map.add(newest, matched=matched)
         return MapState(
             pose=integrate_step(self.pose, increment),
             scans=self.scans + 1,

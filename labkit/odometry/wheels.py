@@ -12,8 +12,7 @@ import math
 import numpy as np
 
 from labkit.correspondences import MIN_PAIRS
-from labkit.odometry.carried import mask_repeats
-from labkit.odometry.constants import MIN_MOTION, REST, SAME_VIEW_SHARE
+from labkit.odometry.constants import MIN_MOTION, REPEAT_DISTANCE, REST, SAME_VIEW_SHARE
 from labkit.odometry.integration import is_within
 from labkit.odometry.record import Scales
 from labkit.scan import Scan
@@ -61,8 +60,8 @@ def believable_wheels(
     if told is None:
         return None
     if is_at_rest(told) and last_scan is not None and len(scan) >= MIN_PAIRS:
-        share = np.mean(mask_repeats(scan, last_scan))
-        if share < SAME_VIEW_SHARE:
+        _, distances = last_scan.search.query(scan.points)
+        if np.mean(distances < REPEAT_DISTANCE) < SAME_VIEW_SHARE:
             return None
     motion = scales.correct(told)
     return motion if scales.allow(motion) else None

@@ -399,7 +399,7 @@ DISTURBANCES: dict[str, tuple[Change, str]] = {
     ),
     "a third carried along": (
         thing(1 / 3, moving=False),
-        "A board 1 m ahead stands still for the scanner: left out where wheels move.",
+        "A board 1 m ahead stands still for the scanner: scans fit too little, so wheels lead.",
     ),
     "half carried along": (
         thing(1 / 2, moving=False),

@@ -30,7 +30,7 @@ def limits(monkeypatch):
 def driven(scans=SCANS, *, matched=True):
     seen = LocalMap()
     for k, scan in enumerate(scans):
-        seen = seen.follow(STEP * (k > 0)).add(Target(scan), None, matched=matched)
+        seen = seen.follow(STEP * (k > 0)).add(Target(scan), matched=matched)
     return seen
 
 

@@ -37,7 +37,7 @@ def maps(order, scans=SCANS):
     motions = [np.zeros(3), *to_xytheta(relative(T[:-1], T[1:]))]
     seen = LocalMap()
     for k, motion in zip(order, motions, strict=True):
-        seen = seen.follow(motion).add(Target(scans[k]), None, matched=True)
+        seen = seen.follow(motion).add(Target(scans[k]), matched=True)
         yield seen
 
 
