@@ -1,9 +1,9 @@
 """Target of the next scan: a map of the last key scans, and of the walls before them.
 
 Against a map, errors add up from one key scan to the next, and not from one scan to the next;
-where the robot comes back to walls that the map remembers, not at all.
-Each point of the map keeps its place and the normal from its own scan: if two views of a wall lie
-a centimetre apart, a line through the mixture could have any direction.
+where the robot comes back to walls that the map remembers, they end. Each point of the map keeps
+its place and the normal from its own scan: if two views of a wall lie a centimetre apart, a line
+through the mixture could have any direction.
 """
 
 from __future__ import annotations

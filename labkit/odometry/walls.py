@@ -1,8 +1,8 @@
 """The walls that a map remembers after their key scans left it: a robot comes back to them.
 
-They are rows (x, y, nx, ny) of a point [m] and its normal, in the frame of the first key scan. What
-was there once, a speck or somebody who walked, would never leave: only what two key scans saw on a
-line is remembered, one point in each square of `REPEAT_DISTANCE`.
+They are rows (x, y, nx, ny) of a point [m] and its normal, in the frame of the first key scan: the
+points on lines near which another key scan saw something, too, one in each square of
+`REPEAT_DISTANCE`. They stay for ever, so a speck that one scan saw must not be among them.
 """
 
 from __future__ import annotations
