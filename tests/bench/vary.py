@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from disturbances import drive_of, measure  # before numpy: it asks for one thread
+from labkit import __version__
 from labkit.odometry import constants
 from labkit.support.warm import warm
 from tables import markdown
@@ -70,7 +71,7 @@ def measure_with(task: tuple[str | None, int], logs: Sequence[str]) -> list[dict
     return [{"vary": name, **measure(run)} for run in runs]
 
 
-def page(results: list[dict[str, Any]]) -> str:
+def page(results: list[dict[str, Any]], version: str) -> str:
     """The table of all numbers, and the rows that each of them moves."""
     before: dict[str, list[float]] = {}
     after: dict[str, dict[str, float]] = {}
@@ -96,7 +97,7 @@ def page(results: list[dict[str, Any]]) -> str:
         for row, ates in before.items()
     ]
     parts = [
-        INTRO,
+        INTRO.format(version),
         markdown(("row", "median", "smallest", "largest"), as_is),
         markdown(("number", "a third larger: worse", "better"), rows),
     ]
@@ -108,7 +109,7 @@ INTRO = """\
 
 ATE in metres, seed 0; a share that would exceed 1 is made a third smaller. A row stands here if its
 run ends outside those of three seeds with all numbers as they are, the first table, by a quarter.
-`tests/bench/vary.py` writes this page."""
+`tests/bench/vary.py` writes this page. Measured was labkit {}."""
 
 
 def main() -> int:
@@ -119,10 +120,11 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=2, metavar="N")
     parser.add_argument("--out", type=Path, metavar="FILE", help="the results, JSON lines")
     parser.add_argument("--page", nargs="+", type=Path, metavar="FILE", help="results to write up")
+    parser.add_argument("--measured", default=__version__, help="the version, for the page")
     args = parser.parse_args()
     if args.page:
         lines = chain.from_iterable(path.read_text("utf-8").splitlines() for path in args.page)
-        text = page([json.loads(line) for line in lines])
+        text = page([json.loads(line) for line in lines], args.measured)
         Path(__file__).with_suffix(".md").write_text(text, encoding="utf-8")
         return 0
     tasks = [*((None, seed) for seed in range(SEEDS)), *((name, 0) for name in args.only)]
