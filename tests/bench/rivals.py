@@ -272,7 +272,8 @@ metres; on intel, which has no reference, it is the median error of surveyed rel
 that do not follow one another. It is the median of some runs, whose ranges differ by a millimetre
 of noise, beside the smallest and the largest one. A step is *wrong* if it is off by more than 0.2 m
 or 5°; that is a median, too. Some steps of the references are wrong themselves: six of csail's. The
-time is processor time of a step on a busy machine: compare it within a log only.
+time is processor time of a step on a busy machine: compare it within a log only. Rows of other
+numbers of runs are of other days.
 
 - **Karto**: the matcher of OpenKarto, from `karto-scanmatcher`, on which slam_toolbox is built,
   against the last 70 key scans within 20 m, as its mapper calls it. It searches 0.5 m and 35° wide:
