@@ -18,8 +18,8 @@ from labkit.odometry.walls import (
     Walls,
     first_of_squares,
     mask_near,
-    moved,
-    seen_twice,
+    move,
+    walls_seen_twice,
     with_normals,
 )
 from labkit.result import step_length
@@ -61,15 +61,15 @@ class LocalMap(NamedTuple):
         if self.target is None:
             return LocalMap(map_target(rows), sizes=(len(rows),))
         start = len(self.target.points) - sum(self.sizes)  # of the last key scans
-        rows = rows[~mask_near(moved(rows, self.T_target_last), self.target, 0, start)]
+        rows = rows[~mask_near(move(rows, self.T_target_last), self.target, 0, start)]
         walls = self.walls
         if len(self.sizes) == KEY_SCANS:
             end = start + self.sizes[0]
-            walls = walls.add(moved(seen_twice(self.target, start, end), self.T_walls_target))
+            walls = walls.add(move(walls_seen_twice(self.target, start, end), self.T_walls_target))
             start = end
         T_walls_target = self.T_walls_target @ self.T_target_last
-        around = moved(walls.around(T_walls_target), invert(T_walls_target))
-        last = moved(with_normals(self.target)[start:], invert(self.T_target_last))
+        around = move(walls.around(T_walls_target), invert(T_walls_target))
+        last = move(with_normals(self.target)[start:], invert(self.T_target_last))
         target = map_target(np.vstack([around, last, rows]))
         sizes = (*self.sizes[1 - KEY_SCANS :], len(rows))
         return LocalMap(target, sizes=sizes, walls=walls, T_walls_target=T_walls_target)

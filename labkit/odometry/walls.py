@@ -69,13 +69,13 @@ def with_normals(target: Target) -> FloatArray:
     return np.hstack([target.points, target.normals])
 
 
-def moved(rows: FloatArray, T: FloatArray) -> FloatArray:
+def move(rows: FloatArray, T: FloatArray) -> FloatArray:
     """Points and their normals (N, 4), moved by a transform (3, 3)."""
     R = T[:2, :2]
     return np.hstack([rows[:, :2] @ R.T + T[:2, 2], rows[:, 2:] @ R.T])
 
 
-def seen_twice(target: Target, first: int, end: int) -> FloatArray:
+def walls_seen_twice(target: Target, first: int, end: int) -> FloatArray:
     """Of a target's rows from `first` to before `end` those on a line and near a later one."""
     rows = with_normals(target)
     leaving = rows[first:end]
