@@ -41,7 +41,7 @@ MAX_ERROR = (0.1, math.radians(2.5))  # [m], [rad]: a step that may err by more 
 CLEARANCE = 0.3  # [m]: a beam must end this far behind a point to have looked through it
 LOOKED_THROUGH_COST = 0.5  # of agreement, if beams look through all walls in view
 
-# Wheels, and scans that repeat (wheels)
+# Wheels, and points that repeat (wheels, walls)
 REST = (0.02, math.radians(0.5))  # [m], [rad]: wheels that tell less tell a stand
 SAME_VIEW_SHARE = 0.9  # of a scan's points that repeat those of the scan before, at a stand
 MIN_MOTION = (0.05, math.radians(2.0))  # [m], [rad]: what moves less tells no ratio
@@ -53,7 +53,7 @@ KEY_SCANS = 60  # whole in the map; of those before them it remembers the walls:
 KEY_MOTION = (0.3, math.radians(20.0))  # [m], [rad]: a robot that went farther takes a key scan
 MAP_CELL = 0.05  # [m]: a key scan keeps one point in each square of this size
 
-# Search (search)
+# Search (search, and walls for its range)
 CELL = 0.1  # [m]: side of a cell of the tables; a point one cell away counts exp(−½)
 COARSE_CELLS = 4  # cells from one coarse pose to the next; a point farther away counts nothing
 COARSE_TURN = math.radians(2.0)  # [rad] from one coarse pose to the next: no wheels

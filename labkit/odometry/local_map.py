@@ -29,7 +29,7 @@ from labkit.target import Target, target_on_lines
 
 
 class LocalMap(NamedTuple):
-    """What the robot has seen around, as one target in the frame of the newest key scan.
+    """Surroundings of the robot as one target, in the frame of the newest key scan.
 
     First come the walls that it remembers, then the points of the last key scans, the oldest first.
     `T_target_last` is the pose of the scan before, from which the next one starts.
@@ -69,7 +69,8 @@ class LocalMap(NamedTuple):
             start = end
         T_walls_target = self.T_walls_target @ self.T_target_last
         around = move(walls.around(T_walls_target), invert(T_walls_target))
-        last = move(with_normals(self.target)[start:], invert(self.T_target_last))
+        last = with_normals(self.target, slice(start, None))
+        last = move(last, invert(self.T_target_last))
         target = map_target(np.vstack([around, last, rows]))
         sizes = (*self.sizes[1 - KEY_SCANS :], len(rows))
         return LocalMap(target, sizes=sizes, walls=walls, T_walls_target=T_walls_target)

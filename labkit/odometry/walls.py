@@ -64,9 +64,9 @@ def first_of_squares(rows: FloatArray, side: float) -> IntArray:
     return np.unique(squares_of(rows, side), return_index=True)[1]
 
 
-def with_normals(target: Target) -> FloatArray:
-    """The points of a target and their normals, (N, 4)."""
-    return np.hstack([target.points, target.normals])
+def with_normals(target: Target, rows: slice = slice(None)) -> FloatArray:
+    """The points of a target and their normals, (N, 4), or some of these rows."""
+    return np.hstack([target.points[rows], target.normals[rows]])
 
 
 def move(rows: FloatArray, T: FloatArray) -> FloatArray:
@@ -77,9 +77,8 @@ def move(rows: FloatArray, T: FloatArray) -> FloatArray:
 
 def walls_seen_twice(target: Target, first: int, end: int) -> FloatArray:
     """Of a target's rows from `first` to before `end` those on a line and near a later one."""
-    rows = with_normals(target)
-    leaving = rows[first:end]
-    is_seen_twice = mask_near(leaving, target, end, len(rows))
+    leaving = with_normals(target, slice(first, end))
+    is_seen_twice = mask_near(leaving, target, end, len(target.points))
     return leaving[is_seen_twice & np.isfinite(leaving[:, 2])]
 
 
