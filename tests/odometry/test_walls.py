@@ -56,7 +56,7 @@ def test_what_was_seen_twice_on_a_line_is_remembered_where_it_was(key_scans):
     T_newest = invert(T_world_newest) @ from_xytheta(TRUTH)
     walls = np.vstack([apply(T, sweep.points) for T, sweep in zip(T_newest, sweeps, strict=True)])
     assert Target(walls).search.query(remembered)[1].max() < 0.02
-    _, distances = Target(apply(T_newest[0], once)).search.query(remembered)
+    _, distances = Target(apply(T_newest[0], once)).search.query(seen.target.points)
     assert distances.min() > 2.0 * REPEAT_DISTANCE
 
 
