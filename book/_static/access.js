@@ -51,7 +51,8 @@ const make = (tag, attributes = {}, ...children) => {
     return true;
   };
 
-  // Both are done as soon as a table has been read, before it is seen: nothing below it jumps.
+  // A table is seen once all of it has been read: a row that arrives would move its columns. On a
+  // telephone it is folded or stacked before: nothing below it jumps.
   const isFollowed = (node) =>
     node.nextElementSibling !== null || (node !== document.body && isFollowed(node.parentElement));
   const settleTables = () => {
@@ -59,18 +60,17 @@ const make = (tag, attributes = {}, ...children) => {
       const isRead = document.readyState !== "loading" || isFollowed(node);
       if (node.matches(".settled") || !isRead) continue;
       node.classList.add("settled");
-      if (!fold(node) && node.querySelector("thead") && node.scrollWidth > node.clientWidth)
-        stack(node);
+      if (!isNarrow() || fold(node)) continue;
+      if (node.querySelector("thead") && node.scrollWidth > node.clientWidth) stack(node);
     }
   };
   const reading = new MutationObserver(settleTables);
-  if (isNarrow()) reading.observe(root, { childList: true, subtree: true });
+  reading.observe(root, { childList: true, subtree: true });
 
   document.addEventListener("DOMContentLoaded", () => {
     reading.disconnect();
-    if (isNarrow()) settleTables();
+    settleTables();
     const changeAll = (selector, change) => document.querySelectorAll(selector).forEach(change);
-    changeAll(TABLE_SELECTOR, (node) => node.classList.add("settled"));
 
     // Names that say something else than what is to be read, and names that are missing.
     changeAll(".search-button-field, details.hide > summary", (node) =>

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import re
+import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 import pytest
 
 from tests.book.test_pages import NAMES
-from tests.book.widths import MAX_SHIFT, WIDTHS, measure, served
+from tests.book.widths import (
+    MAX_SHIFT,
+    SHIFT_WIDTHS,
+    WATCH_SHIFTS,
+    WIDTHS,
+    QuietHandler,
+    measure,
+    served,
+)
 
 pytestmark = pytest.mark.pages
 
@@ -27,3 +38,26 @@ def test_a_page_fits_each_window_and_stands_still(browser, base, name):
 
     assert pixels == dict.fromkeys(WIDTHS, 0)
     assert {width: shift for width, shift in shifts.items() if shift > MAX_SHIFT} == {}
+
+
+class HaltingHandler(QuietHandler):
+    """Sends a page with a break before the last row of each table, in which it can be seen."""
+
+    def copyfile(self, source: BinaryIO, outputfile: BinaryIO) -> None:
+        """Send what was asked for."""
+        for part in re.split(rb"(?=<tr(?:(?!<tr).)*</tbody>)", source.read(), flags=re.DOTALL):
+            outputfile.write(part)
+            outputfile.flush()
+            time.sleep(1 if part.rstrip().endswith(b"</tr>") else 0)
+
+
+def test_a_table_whose_rows_arrive_late_stands_still(browser, html):
+    """Buys columns that a late row widens, under the eyes of who reads those before it."""
+    with served(html, HaltingHandler) as base:
+        page = browser.new_page(viewport={"width": SHIFT_WIDTHS[-1], "height": 1000})
+        page.add_init_script(f"({WATCH_SHIFTS})()")
+        page.goto(f"{base}/book/formats.html", wait_until="networkidle")
+        moved = page.evaluate("() => window.shifts.flatMap(shift => shift[2])")
+        page.close()
+
+    assert "TD" not in moved

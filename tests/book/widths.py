@@ -32,7 +32,7 @@ WATCH_SHIFTS = """() => {
     new PerformanceObserver(list => {
         for (const entry of list.getEntries()) {
             if (entry.hadRecentInput) continue;
-            const nodes = entry.sources.map(source => source.node?.className ?? "");
+            const nodes = entry.sources.map(source => source.node?.nodeName);
             window.shifts.push([entry.value, entry.startTime, nodes]);
         }
     }).observe({ type: "layout-shift", buffered: true });
@@ -52,11 +52,11 @@ class QuietHandler(SimpleHTTPRequestHandler):
 
 
 @contextmanager
-def served(folder: Path) -> Iterator[str]:
+def served(folder: Path, handler: type[QuietHandler] = QuietHandler) -> Iterator[str]:
     """Address of a server that shows a folder."""
-    handler = partial(QuietHandler, directory=str(folder))
+    show = partial(handler, directory=str(folder))
     ThreadingHTTPServer.handle_error = lambda *_: None  # a page that is closed asks no more
-    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+    with ThreadingHTTPServer(("127.0.0.1", 0), show) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}"
         server.shutdown()
