@@ -576,10 +576,10 @@ def measure(task: tuple[str, int | None, str, bool, int]) -> dict[str, Any]:
 
 COLUMNS = (
     "disturbance",
-    "odometry",
-    "smallest",
-    "largest",
-    "wheels alone",
+    "ATE",
+    "least",
+    "most",
+    "wheels",
     "wrong",
     "told",
     "doubted",
@@ -637,8 +637,8 @@ INTRO = """\
 
 What does one disturbance cost the odometry? Each row disturbs the scans or the wheels of a recorded
 log in one way, and runs the [lab's odometry](odometry.md) on it. The figures are ATE in metres: the
-median of some runs, whose ranges differ by a millimetre of noise, the smallest and the largest, and
-that of the wheels alone, disturbed as they are. One run scatters by a factor of two, and so may the
+median of some runs, whose ranges differ by a millimetre of noise, the least and the most, and that
+of the wheels alone, disturbed as they are. One run scatters by a factor of two, and so may the
 median of few. The runs of a row have the seeds 0, 1, …; a single run has seed 0.
 
 - A step is *wrong* if it is off by more than 0.2 m or 5°, and *told* if its record is doubtful
