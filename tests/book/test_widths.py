@@ -14,11 +14,11 @@ from tests.book.test_pages import NAMES
 from tests.book.widths import (
     MAX_SHIFT,
     SHIFT_WIDTHS,
-    WATCH_SHIFTS,
     WIDTHS,
     QuietHandler,
     measure,
     served,
+    watched_page,
 )
 
 pytestmark = pytest.mark.pages
@@ -54,8 +54,7 @@ class HaltingHandler(QuietHandler):
 def test_a_table_whose_rows_arrive_late_stands_still(browser, html):
     """Buys columns that a late row widens, under the eyes of who reads those before it."""
     with served(html, HaltingHandler) as base:
-        page = browser.new_page(viewport={"width": SHIFT_WIDTHS[-1], "height": 1000})
-        page.add_init_script(f"({WATCH_SHIFTS})()")
+        page = watched_page(browser, SHIFT_WIDTHS[-1], 1000)
         page.goto(f"{base}/book/formats.html", wait_until="networkidle")
         moved = page.evaluate("() => window.shifts.flatMap(shift => shift[2])")
         page.close()

@@ -89,14 +89,19 @@ def shift_of(page: Page) -> float:
     return sum(value for value, *_ in page.evaluate("() => window.shifts"))
 
 
+def watched_page(browser: Browser, width: int, height: int) -> Page:
+    """An empty page in a window of this size [px], on which all that jumps is noted."""
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.set_default_timeout(PATIENCE)
+    page.add_init_script(f"({WATCH_SHIFTS})()")
+    return page
+
+
 def measure(browser: Browser, address: str) -> tuple[dict[int, int], dict[int, float]]:
     """Overflow [px] of a page by the width of the window, and its layout shift at two of them."""
     shifts = {}
     for width in SHIFT_WIDTHS:
-        size = {"width": width, "height": HEIGHTS.get(width, 800)}
-        page = browser.new_page(viewport=size)
-        page.set_default_timeout(PATIENCE)
-        page.add_init_script(f"({WATCH_SHIFTS})()")
+        page = watched_page(browser, width, HEIGHTS.get(width, 800))
         page.goto(address, wait_until="networkidle")
         shifts[width] = jumps(page)
         if width == SHIFT_WIDTHS[-1]:
