@@ -34,7 +34,7 @@ def nearest_by_brute_force(points: ArrayLike, target: ArrayLike) -> IntArray:
     return np.asarray(np.argmin(dx * dx + dy * dy, axis=1))
 
 
-# Cell of each point; first entry of each cell; lower left corner [m]; 1 / side; columns, lines.
+# Cell of each point; how many each cell holds, and a 0; lower left [m]; 1 / side; columns, lines.
 Cells = tuple[IntArray, IntArray, float, float, float, int, int]
 
 
@@ -88,12 +88,13 @@ def sort_into_cells(
     Of points that coincide, the first one is an entry.
     """
     cell, start, left, low, per_metre, columns, lines = choose_cells(points)
+    for c in range(columns * lines):
+        start[c + 1] += start[c]  # the end of each cell
     entries = np.empty((len(points), 2))
     rows = np.empty(len(points), np.intp)
-    next_entry = start.copy()
-    for i in range(len(points)):
-        k = next_entry[cell[i]]
-        next_entry[cell[i]] += 1
+    for i in range(len(points) - 1, -1, -1):  # from the end of each cell to its start
+        start[cell[i]] -= 1
+        k = start[cell[i]]
         entries[k, 0] = points[i, 0]
         entries[k, 1] = points[i, 1]
         rows[k] = i
@@ -128,8 +129,8 @@ def choose_cells(points: FloatArray) -> Cells:
     low, high = trimmed_range(points[:, 1])
     cells, fullest, crowding = count_in_cells(points, left, right, low, high)
     while fullest > len(points) // 2:
-        cell, start = cells[0], cells[1]
-        crowd = points[cell == np.argmax(np.diff(start))]
+        cell, counts = cells[0], cells[1]
+        crowd = points[cell == np.argmax(counts)]
         left, right = crowd[:, 0].min(), crowd[:, 0].max()
         low, high = crowd[:, 1].min(), crowd[:, 1].max()
         closer, fullest, closer_crowding = count_in_cells(points, left, right, low, high)
@@ -155,20 +156,16 @@ def count_in_cells(
     lines = int(height * per_metre) + 1
 
     cell = np.empty(len(points), np.intp)
-    start = np.zeros(columns * lines + 1, np.intp)
+    counts = np.zeros(columns * lines + 1, np.intp)
     for i in range(len(points)):
         column = cell_index((points[i, 0] - left) * per_metre, columns)
         line = cell_index((points[i, 1] - low) * per_metre, lines)
         cell[i] = line * columns + column
-        start[cell[i] + 1] += 1
-    fullest = 0
+        counts[cell[i]] += 1
     crowding = 0.0
-    for k in range(columns * lines):
-        count = start[k + 1]
-        fullest = max(fullest, count)
+    for count in counts:
         crowding += float(count) * count
-        start[k + 1] += start[k]
-    return (cell, start, left, low, per_metre, columns, lines), fullest, crowding
+    return (cell, counts, left, low, per_metre, columns, lines), counts.max(), crowding
 
 
 @compiled
