@@ -8,6 +8,7 @@ through the mixture could have any direction.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -59,7 +60,7 @@ class LocalMap(NamedTuple):
         rows = with_normals(newest)
         rows = rows[np.sort(first_of_squares(rows, MAP_CELL))]
         if self.target is None:
-            return LocalMap(map_target(rows), sizes=(len(rows),))
+            return LocalMap(map_target(np.hsplit(rows, 2)), sizes=(len(rows),))
         start = len(self.target.points) - sum(self.sizes)  # of the last key scans
         rows = rows[~mask_near(move(rows, self.T_target_last), self.target, 0, start)]
         walls = self.walls
@@ -69,13 +70,16 @@ class LocalMap(NamedTuple):
             start = end
         T_walls_target = self.T_walls_target @ self.T_target_last
         around = move(walls.around(T_walls_target), invert(T_walls_target))
-        last = with_normals(self.target, slice(start, None))
-        last = move(last, invert(self.T_target_last))
-        target = map_target(np.vstack([around, last, rows]))
+        T_new_old = invert(self.T_target_last)
+        R, t = T_new_old[:2, :2], T_new_old[:2, 2]
+        points = self.target.points[start:] @ R.T + t  # apart from their normals: no rows are made
+        normals = self.target.normals[start:] @ R.T
+        target = map_target(np.hsplit(around, 2), (points, normals), np.hsplit(rows, 2))
         sizes = (*self.sizes[1 - KEY_SCANS :], len(rows))
         return LocalMap(target, sizes=sizes, walls=walls, T_walls_target=T_walls_target)
 
 
-def map_target(rows: FloatArray) -> Target:
-    """A target of rows (N, 4), each a point and its normal."""
-    return target_on_lines(np.array(rows[:, :2], order="C"), np.array(rows[:, 2:], order="C"))
+def map_target(*parts: Sequence[FloatArray]) -> Target:
+    """A target of parts, each of them points (N, 2) and their normals."""
+    points, normals = zip(*parts, strict=True)
+    return target_on_lines(np.vstack(points), np.vstack(normals))
