@@ -166,7 +166,7 @@ def invert(T: ArrayLike) -> FloatArray:
     inverse = np.zeros_like(T)
     R_inverse = np.swapaxes(T[..., :2, :2], -1, -2)
     inverse[..., :2, :2] = R_inverse
-    inverse[..., :2, 2] = -np.einsum("...ij,...j->...i", R_inverse, T[..., :2, 2])
+    inverse[..., :2, 2:] = -(R_inverse @ T[..., :2, 2:])
     inverse[..., 2, 2] = 1.0
     return inverse
 
