@@ -185,7 +185,10 @@ class MapOdometry(Odometry[MapState]):
         choice = Choice(best, best.score > MIN_SCORE)
         if prior is not None:
             at_wheels = stay(scan, target, expected, self.parameters.icp, best)
-            choice = choose_beside_wheels(matches, at_wheels, expected)
+            if leads:  # a scan that fits elsewhere does not bear them out
+                choice = Choice(best_in_window(matches, at_wheels, expected), is_believed=False)
+            else:
+                choice = choose_beside_wheels(matches, at_wheels, expected)
         decision = Decision.SEARCH
         if choice.confirms_wheels:
             decision = Decision.CONFIRMED
@@ -193,7 +196,7 @@ class MapOdometry(Odometry[MapState]):
             decision = Decision.ICP
         margin = margin_of(choice.match, matches)
         record = record_of_best(choice.match, margin, T_map_last, decision)
-        if leads or not choice.is_believed:
+        if not choice.is_believed:
             return self.refuse(replace(record, led=leads), prior, history, scales)
         T_taken_refused = None
         if choice.rival is not None:
@@ -247,7 +250,7 @@ def choose_beside_wheels(
     best = choose(matches)
     rival = None
     if not expected.holds(best.T):
-        nearest = choose([match for match in [at_wheels, *matches] if expected.holds(match.T)])
+        nearest = best_in_window(matches, at_wheels, expected)
         if not is_plainly_better(best, nearest, matches, expected):
             if nearest.score <= MIN_SCORE:
                 return Choice(best, is_believed=False)
@@ -257,6 +260,11 @@ def choose_beside_wheels(
     if at_wheels.agreement >= max(best.agreement, MIN_SCORE):
         return Choice(at_wheels, is_believed=True, rival=rival, confirms_wheels=True)
     return Choice(best, best.score > MIN_SCORE, rival)
+
+
+def best_in_window(matches: Sequence[Match], at_wheels: Match, expected: Expectation) -> Match:
+    """The match of the highest score in the wheels' window, or the scan at their own pose."""
+    return choose([match for match in [at_wheels, *matches] if expected.holds(match.T)])
 
 
 def margin_of(best: Match, matches: Sequence[Match]) -> float:

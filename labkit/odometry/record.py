@@ -173,7 +173,8 @@ class StepRecord:
         How the match ended; None without one.
     agreement : float
         1 where all of the scan lies on the map, 0 where none does, less where beams look through
-        its walls; of the lab's odometry alone, as the next three.
+        its walls; where the wheels lead, of the best match near them. Of the lab's odometry alone,
+        as the next three.
     score : float
         The agreement less the cost of an unexpected motion; see `labkit.odometry.score`.
     margin : float

@@ -277,6 +277,18 @@ def test_where_the_last_scans_fitted_too_little_the_wheels_lead():
     assert after.history.agreements[0] == record.agreement > 0.8
 
 
+def test_where_the_wheels_lead_a_scan_that_fits_far_from_them_does_not_bear_them_out():
+    """A load that the robot carries along fits wherever the robot would stand."""
+    older, newer = two_scans(room(), STILL)
+    history = History(agreements=(0.2,) * HISTORY)
+    state = MapState(STILL, 1, LocalMap(Target(older)), history=history)
+
+    record, after = MapOdometry().advance(state, newer, degrees([1.0, 0.0, 0.0]))
+
+    assert record.led
+    assert after.history.agreements[0] == max(0.0, record.agreement) < 0.5
+
+
 @pytest.mark.parametrize("newer", [EMPTY, Scan.from_points([[1.0, 0.0], [0.0, 1.0]])])
 def test_without_points_and_wheels_a_motion_is_held_once(newer):
     older, _ = two_scans(room())
