@@ -43,7 +43,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from labkit.correspondences import Correspondences, pairs_at, weights_of
-from labkit.degeneracy import observability
+from labkit.degeneracy import follow_surfaces, observability
 from labkit.line_alignment import MIN_INFORMATION, line_residuals, line_rows
 from labkit.normals import MAX_NEIGHBOR_DISTANCE, estimate_normals, is_cloud
 from labkit.parameters import IcpParameters
@@ -61,7 +61,6 @@ from labkit.support.errors import DegenerateAlignmentError, InvalidParameterErro
 from labkit.target import Target
 
 ALONG_AN_AXIS = 0.02  # component of a free direction below which its axis is not free
-SLIDE = 0.5  # [m or rad]: how far to slide along a free motion, to either side
 MIN_HELD_SHARE = 1.0 / 3.0  # of the pull of fixed pairs; an overlap of 0.85 alone leaves half
 MAX_RANGE_STD = 100.0  # [m], of a range: no scanner is worse
 
@@ -355,34 +354,9 @@ def _split_motions(result: _Result) -> tuple[FloatArray, FloatArray]:
     motions = to_motion @ information.vectors
     seen = motions[:, ~is_free]
     directions = [v / np.linalg.norm(v) for v in motions[:, is_free].T]
-    free = [_follow_surfaces(result, seen, direction) for direction in directions]
+    match = result.source, result.target, T, result.parameters
+    free = [follow_surfaces(*match, seen, direction) for direction in directions]
     return seen, np.reshape(free, (-1, 3)).T
-
-
-def _follow_surfaces(result: _Result, seen: FloatArray, direction: FloatArray) -> FloatArray:
-    """A free direction, (3,), as the line between two places of the scan on the surfaces.
-
-    The scan slides by `SLIDE` along it to either side, and returns to the surfaces there, with the
-    budget and the tolerances of the run. Where it turns away instead, it is the direction itself.
-    """
-    parameters = result.parameters
-    match = to_xytheta(result.T_target_source)
-    ends = []
-    for side in (SLIDE, -SLIDE):
-        x = match + side * direction
-        for _ in range(parameters.max_iterations):
-            if abs(x[2] - match[2]) > math.pi:
-                return direction
-            pairs = _nearest_pairs(result, x, seen)
-            A = (pairs.slope * pairs.weights[:, None]).T @ pairs.slope
-            g = pairs.slope.T @ (pairs.weights * pairs.residuals)
-            step = seen @ np.linalg.lstsq(A, g)[0]
-            x = x - step
-            is_short = math.hypot(step[0], step[1]) < parameters.translation_tolerance
-            if is_short and abs(step[2]) < parameters.rotation_tolerance:
-                break
-        ends.append(x)
-    return (ends[0] - ends[1]) / (2.0 * SLIDE)
 
 
 def _ranges(points: FloatArray) -> FloatArray:

@@ -3,6 +3,8 @@
 There are two tests. `observability` uses the surface normals, and judges each direction of the
 motion by itself. `spread_ratio` is the lesson's cheap test. It looks only at how the points are
 spread, so it takes any narrow room for a corridor.
+
+Noisy normals show a free direction some degrees off. `follow_surfaces` finds it along the surfaces.
 """
 
 from __future__ import annotations
@@ -12,14 +14,29 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labkit.correspondences import Correspondences
-from labkit.line_alignment import Information, center_and_length, information_of
+from labkit.alignment import product, turn_about
+from labkit.correspondences import Correspondences, associate, reject_and_weigh
+from labkit.line_alignment import (
+    Information,
+    center_and_length,
+    information_of,
+    line_residuals,
+    line_rows,
+    normal_equations,
+    solve_constrained,
+)
+from labkit.neighbors import Grid, start_search
+from labkit.parameters import IcpParameters
 from labkit.scan import Scan, as_scan
-from labkit.support.arrays import as_floats, as_normals, check_kind
+from labkit.schedule import stage_of
+from labkit.se2 import to_xytheta
+from labkit.support.arrays import EPSILON, FloatArray, as_floats, as_normals, check_kind
+from labkit.support.compiled import compiled
 from labkit.support.errors import InvalidPointsError
 from labkit.target import Target
 
 MAX_TURN_OF_SHIFT = 0.1  # component ℓΔψ of a motion below which it is called a shift
+SLIDE = 0.5  # [m or rad]: how far to slide along a free motion, to either side
 
 
 def observability(
@@ -78,6 +95,67 @@ def _turn_in_words(information: Information, x: float, y: float, turn: float) ->
 def _metres(value: float) -> str:
     """Two decimals, without the sign of -0.00."""
     return f"{round(value, 2) + 0.0:.2f}"
+
+
+def follow_surfaces(
+    source: Scan,
+    target: Target,
+    T: FloatArray,
+    parameters: IcpParameters,
+    seen: FloatArray,
+    direction: FloatArray,
+) -> FloatArray:
+    """A free direction, (3,), as the line between two places of the scan on the surfaces.
+
+    The scan slides by `SLIDE` along it from T, (3, 3), to either side, and returns to the surfaces
+    by the motions `seen`, (3, S). Where it turns away instead, it is the direction itself.
+    """
+    searched = source.points, target.search.grid, target.normals_for(parameters), target.normals
+    directions = np.zeros((3, 3))
+    directions[:, : seen.shape[1]] = seen
+    match = to_xytheta(T)
+    ends = []
+    for side in (SLIDE, -SLIDE):
+        end = return_to_surfaces(*searched, match + side * direction, directions, parameters)
+        if abs(end[2] - match[2]) > math.pi:
+            return direction
+        ends.append(end)
+    return (ends[0] - ends[1]) / (2.0 * SLIDE)
+
+
+@compiled
+def return_to_surfaces(
+    source: FloatArray,
+    target: Grid,
+    loop_normals: FloatArray,
+    normals: FloatArray,
+    motion: FloatArray,
+    seen: FloatArray,
+    parameters: IcpParameters,
+) -> FloatArray:
+    """The motion (3,) that leads onto the surfaces again, changed in the `seen` directions alone.
+
+    These are columns (3, 3), those of no direction 0. It keeps the run's budget and tolerances;
+    the metric weighs pairs by the `loop_normals`, none under point-to-point.
+    """
+    search = start_search(target, len(source))
+    stage = stage_of(parameters, len(source), False, 0)
+    x = motion.copy()
+    for _ in range(parameters.max_iterations):
+        found = associate(source, search, turn_about((0.0, 0.0), x[2], x[0], x[1]), math.inf)
+        pairs = reject_and_weigh(*found, target.points, loop_normals, stage)
+        n = normals[pairs.target_index]
+        weights = np.where(np.isfinite(n[:, 0]), pairs.weights, 0.0)
+        J = line_rows(pairs.source, n, (x[0], x[1]), 1.0)
+        A, g = normal_equations(J, J, line_residuals(pairs.source, pairs.target, n), weights)
+        A_seen = product(product(seen.T, A), seen)
+        smallest = 3.0 * EPSILON * (1.0 + np.trace(A_seen))  # of a direction seen: not rounding
+        step = (seen * solve_constrained(A_seen, (seen.T * g).sum(axis=1), smallest)).sum(axis=1)
+        x = x + step
+        is_short = math.hypot(step[0], step[1]) < parameters.translation_tolerance
+        if is_short and abs(step[2]) < parameters.rotation_tolerance:
+            break
+    return x
 
 
 def spread_ratio(scan: Scan | ArrayLike, motion: ArrayLike) -> float:

@@ -1,21 +1,18 @@
 """Censi's covariance: against the implicit function, and against the spread itself."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from labkit import IcpParameters, Scan, Target, icp
 from labkit.covariance import (
-    _follow_surfaces,
     censi_covariance,
     censi_information,
     fuse,
     range_noise,
 )
 from labkit.odometry import OdometryParameters
-from labkit.parameters import ACCURATE
 from labkit.se2 import apply, from_xytheta, to_xytheta, transform
 from labkit.simulation import Lidar, cast, corner, corridor, room
 
@@ -251,17 +248,3 @@ def test_rough_surfaces_count_as_noise():
     covariance = censi_covariance(result, 1e-4)
     np.testing.assert_allclose(covariance, censi_covariance(result, 1e-3), rtol=1e-9)
     assert np.sqrt(covariance[0, 0]) > 1e-3
-
-
-def test_where_a_scan_turns_away_from_its_surfaces_a_free_direction_is_kept(monkeypatch):
-    """Few pairs may turn it on and on, to the one side and to the other."""
-
-    def turning_pairs(result, x, seen):
-        residuals = -np.sign(x[:1])
-        return SimpleNamespace(slope=np.eye(3)[2:], weights=np.ones(1), residuals=residuals)
-
-    monkeypatch.setattr("labkit.covariance._nearest_pairs", turning_pairs)
-    match = SimpleNamespace(parameters=ACCURATE, T_target_source=np.eye(3))
-    along = np.array([1.0, 0.0, 0.0])
-
-    np.testing.assert_array_equal(_follow_surfaces(match, np.eye(3), along), along)

@@ -9,7 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labkit import IcpParameters, Scan, icp
-from labkit.degeneracy import free_motions, observability, spread_ratio
+from labkit.degeneracy import (
+    follow_surfaces,
+    free_motions,
+    observability,
+    return_to_surfaces,
+    spread_ratio,
+)
 from labkit.line_alignment import line_information
 from labkit.odometry import OdometryParameters
 from labkit.se2 import apply, rotation, transform
@@ -156,3 +162,27 @@ def test_spread_by_hand_turns_with_scan_and_motion_and_ignores_speed_and_place(t
 )
 def test_no_motion_or_no_spread_along_it_is_no_number(points, motion):
     assert math.isnan(spread_ratio(points, motion))
+
+
+def test_where_a_scan_turns_away_from_its_surfaces_a_free_direction_is_kept(monkeypatch):
+    """Few pairs may turn it on and on, to the one side and to the other."""
+
+    def turn_away(points, grid, loop_normals, normals, motion, seen, parameters):
+        return motion + np.array([0.0, 0.0, math.copysign(4.0, motion[0])])
+
+    monkeypatch.setattr("labkit.degeneracy.return_to_surfaces", turn_away)
+    result = match_two_scans(room(), 0)
+    match = result.source, result.target, np.eye(3), BY_LINE
+    along = np.array([1.0, 0.0, 0.0])
+
+    np.testing.assert_array_equal(follow_surfaces(*match, np.eye(3), along), along)
+
+
+def test_a_scan_that_slid_out_of_reach_stays_where_it_is():
+    """No pair is left to solve for."""
+    result = match_two_scans(room(), 0)
+    normals = result.target.normals
+    searched = result.source.points, result.target.search.grid, normals, normals
+    far = np.array([100.0, 0.0, 0.0])
+
+    np.testing.assert_array_equal(return_to_surfaces(*searched, far, np.eye(3), BY_LINE), far)
