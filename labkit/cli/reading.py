@@ -31,7 +31,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {  # of the options of `LogOptions`
         "nargs": 3,
         "type": float,
         "metavar": ("X", "Y", "THETA"),
-        "help": "its place on the robot, if the log does not say it [m, m, rad]",
+        "help": "the scanner's place on the robot, if the log does not say it [m, m, rad]",
     },
     "angles": {
         "nargs": 2,

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from labkit.correspondences import MIN_PAIRS
 from labkit.odometry.causes import Motions, are_unlike, explain
-from labkit.odometry.constants import MIN_MOTION, MIN_ODD_STEPS, MIN_STEPS, REST
+from labkit.odometry.constants import MIN_AGREEMENT, MIN_MOTION, MIN_ODD_STEPS, MIN_STEPS, REST
 from labkit.odometry.integration import is_within
 from labkit.odometry.record import Decision, StepRecord
 from labkit.odometry.wheels import is_at_rest
@@ -48,8 +49,9 @@ def remarks_on(steps: Sequence[Step], first_scan: int = 0) -> tuple[str, ...]:
         range_remarks(largest),
         repeat_remarks(records),
         standing_remarks(steps, common_range(largest)),
+        blind_remarks(steps, common_range(largest)),
         impossible_remarks(steps),
-        blind_remarks(steps, first_scan, common_range(largest)),
+        unmatched_remarks(records, first_scan),
         unlike_remarks(motions, common_range(largest)),
         against_prior_remarks(records, first_scan, common_range(largest)),
         free_remarks(records),
@@ -72,10 +74,13 @@ def motions_of(steps: Sequence[Step]) -> Motions:
 
 
 def motion_of_match(record: StepRecord) -> FloatArray | None:
-    """Motion to where the match of a step ended, also if wrong wheels were believed instead."""
+    """Motion to where the match of a step ended, also if wrong wheels were believed instead.
+
+    A refused match that agrees too little to measure an error of wheels tells none.
+    """
     if record.decision.matched:
         return record.increment
-    if record.T_taken_refused is None:
+    if record.T_taken_refused is None or record.agreement < MIN_AGREEMENT:
         return None
     return to_xytheta(from_xytheta(record.increment) @ record.T_taken_refused)
 
@@ -91,34 +96,48 @@ def repeat_remarks(records: Sequence[StepRecord]) -> Iterator[str]:
         )
 
 
-def blind_remarks(steps: Sequence[Step], first_scan: int, largest: float) -> Iterator[str]:
-    """Most steps without a match, or many in a row; `largest` is the usual largest range [m]."""
+def blind_remarks(steps: Sequence[Step], largest: float) -> Iterator[str]:
+    """Most steps without a match; `largest` is the usual largest range [m]."""
     records = [step.record for step in steps]
-    unmatched = [not (record.decision.matched or record.repeats) for record in records]
-    if sum(unmatched) > 0.5 * len(unmatched):
-        wheels = ""
-        if any(step.told is not None for step in steps):
-            wheels = (
-                " If they match without wheels (`--prior none`), the wheels, or the place of the "
-                "scanner on the robot, are wrong"
-            )
+    unmatched = [record for record in records if is_unmatched(record)]
+    if not len(unmatched) > 0.5 * len(records):
+        return
+    count = f"{len(unmatched)} of {len(records)} steps"
+    empty = sum(math.isnan(record.agreement) for record in unmatched)  # nothing was compared
+    if empty > 0.5 * len(unmatched):
         yield (
-            f"{sum(unmatched)} of {len(unmatched)} steps had no match that is believed, the first "
-            f"because {records[unmatched.index(True)].reason}: are ranges{reach(largest)} in "
-            f"metres (`range_unit` of `read_log`, `--range-unit`), and angles in radians? Do "
-            f"people, or the robot itself (`range_min`, `--range-min`), hide the view?{wheels}"
+            f"{count} had no match that is believed, {empty} of them since a scan has fewer than "
+            f"{MIN_PAIRS} points: does the scanner run? `range_min` and `range_max` drop points too"
         )
         return
+    wheels = ""
+    if any(step.told is not None for step in steps):
+        wheels = (
+            " If they match without wheels (`--prior none`), the wheels, or the place of the "
+            "scanner on the robot, are wrong"
+        )
+    yield (
+        f"{count} had no match that is believed, the first because {unmatched[0].reason}: are "
+        f"ranges{reach(largest)} in metres (`range_unit` of `read_log`, `--range-unit`), and "
+        f"angles in radians? Do people, or the robot itself (`range_min`, `--range-min`), hide the "
+        f"view? Or do the scans lie too far apart?{wheels}"
+    )
+
+
+def is_unmatched(record: StepRecord) -> bool:
+    """True for a step whose scan was not matched, though it is no repeat."""
+    return not (record.decision.matched or record.repeats)
+
+
+def unmatched_remarks(records: Sequence[StepRecord], first_scan: int) -> Iterator[str]:
+    """Many steps in a row that follow the wheels, or have no match."""
     led = [record.led for record in records]
     if longest := longest_stretch(led, MIN_STEPS, first_scan):
         yield (
             f"{longest.words} follow the wheels, since the scans fit the map too "
             f"little: does something move or hide the view?"
         )
-    blind = [
-        is_unmatched and not record.led
-        for is_unmatched, record in zip(unmatched, records, strict=True)
-    ]
+    blind = [is_unmatched(record) and not record.led for record in records]
     if longest := longest_stretch(blind, MIN_STEPS, first_scan):
         yield (
             f"{longest.words} were not matched, the first because "
@@ -209,9 +228,14 @@ def impossible_remarks(steps: Sequence[Step]) -> Iterator[str]:
         )
 
 
+def is_free(record: StepRecord) -> bool:
+    """True for a step that left a direction free which no wheels told."""
+    return record.prior is None and record.degenerate
+
+
 def free_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
     """A way along walls that nothing measured."""
-    unmeasured = sum(step.prior is None and step.degenerate for step in steps)
+    unmeasured = sum(map(is_free, steps))
     if unmeasured > 0.5 * max(len(steps), MIN_STEPS):
         yield (
             f"{unmeasured} of {len(steps)} steps left a direction free, such as the way along a "
@@ -221,15 +245,22 @@ def free_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
 
 
 def doubtful_remarks(records: Sequence[StepRecord], first_scan: int) -> Iterator[str]:
-    """Most steps doubtful, for reasons that differ."""
+    """Most steps doubtful, or many in a row, other than by a free direction without wheels."""
     doubtful = [record.is_doubtful for record in records]
+    unclear = [record.is_doubtful and not is_free(record) for record in records]
+    longest = longest_stretch(unclear, MIN_STEPS, first_scan)
     if sum(doubtful) > 0.5 * max(len(doubtful), MIN_STEPS):
         first = doubtful.index(True)
-        yield (
-            f"{sum(doubtful)} of {len(doubtful)} steps may be wrong, the first one to scan "
-            f"{first_scan + first}: {records[first].reason or 'a direction is free'}; "
-            f"`StepRecord.is_doubtful` marks them"
-        )
+        words = f"{sum(doubtful)} of {len(doubtful)} steps may be wrong, the first one to scan "
+        words += str(first_scan + first)
+    elif longest:
+        first, words = longest.first_step, f"{longest.words} may all be wrong, the first one"
+    else:
+        return
+    yield (
+        f"{words}: {records[first].reason or 'a direction is free'}; `StepRecord.is_doubtful` "
+        f"marks them"
+    )
 
 
 def range_remarks(largest: Sequence[tuple[float, bool]]) -> Iterator[str]:

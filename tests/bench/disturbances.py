@@ -403,7 +403,7 @@ DISTURBANCES: dict[str, tuple[Change, str]] = {
     ),
     "half carried along": (
         thing(1 / 2, moving=False),
-        "What is left sees half of the room, and often one wall of it.",
+        "The board fits where the robot would stand, which tells nothing while wheels lead.",
     ),
     "a third moving": (
         thing(1 / 3, moving=True),

@@ -16,6 +16,7 @@ from labkit.odometry import (
     integrate,
 )
 from labkit.odometry.remarks import Step, remarks_on
+from labkit.se2 import from_xytheta, relative
 from labkit.simulation import Lidar, corridor, room, scan_along
 
 EMPTY = Scan.from_ranges([math.inf], [0.0])
@@ -95,7 +96,8 @@ def test_sweeps_without_a_return_are_told_once_though_they_are_deskewed():
 
     (remark,) = remarks_of(blind, None)
 
-    assert remark.startswith("4 of 4 steps had no match that is believed")
+    assert remark.startswith("4 of 4 steps had no match that is believed, 4 of them since a scan")
+    assert "does the scanner run?" in remark
 
 
 @pytest.mark.parametrize("ranges", [[], SCANS[0].ranges])
@@ -117,7 +119,7 @@ def test_units_that_fit_nothing_are_named_with_how_far_the_scans_reach():
 
 
 @pytest.mark.parametrize("priors", [WHEELS, None])
-@pytest.mark.parametrize("blocked", [9, 10, 14])
+@pytest.mark.parametrize("blocked", [8, 10, 14])
 def test_a_scanner_that_is_blocked_for_long_is_told(priors, blocked):
     seen = [EMPTY if 8 <= k < 8 + blocked else scan for k, scan in enumerate(SCANS)]
 
@@ -135,6 +137,43 @@ def test_a_run_most_of_whose_steps_are_doubtful_says_so():
 
     assert remark.startswith("7 of 13 steps may be wrong, the first one to scan 0")
     assert remarks_on([Step(ambiguous)] * 6 + [Step(sure)] * 7) == ()
+
+
+def test_a_stretch_of_doubtful_steps_is_told_in_a_run_that_is_right_for_the_most():
+    sure = StepRecord(increment=np.zeros(3), decision=Decision.ICP, margin=0.5)
+    doubtful = replace(sure, margin=0.02, reason="ambiguous")
+    steps = [Step(sure)] * 20 + [Step(doubtful)] * 10 + [Step(sure)] * 20
+
+    (remark,) = remarks_on(steps)
+
+    assert remark.startswith("scans 20 to 29 may all be wrong, the first one: ambiguous")
+    assert remarks_on(steps[1:29] + steps[30:]) == ()
+
+
+def test_where_people_hide_the_view_matches_that_are_refused_explain_no_wheels():
+    """Of matches of so little agreement many a drive is made, turned clockwise, or in degrees."""
+    turns = np.random.default_rng(0).uniform(-1.0, 1.0, 40)
+    told = np.column_stack([np.full(40, 0.2), np.zeros(40), turns])
+    remarks = {}
+    for agreement in (0.3, 0.8):
+        steps = [
+            Step(
+                StepRecord(
+                    increment=motion,
+                    decision=Decision.PRIOR,
+                    prior=motion,
+                    agreement=agreement,
+                    T_taken_refused=relative(*from_xytheta([motion, motion * [1.0, 1.0, -1.0]])),
+                    reason="of people",
+                ),
+                told=motion,
+            )
+            for motion in told
+        ]
+        (remarks[agreement],) = remarks_on(steps)
+
+    assert "clockwise" in remarks[0.8]
+    assert remarks[0.3].startswith("40 of 40 steps had no match that is believed")
 
 
 def test_a_stretch_where_the_wheels_lead_is_told():
