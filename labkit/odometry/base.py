@@ -38,6 +38,7 @@ class Run(NamedTuple):
     state: Any  # of the estimator
     velocities: Velocities = Velocities()
     first_sweep: Scan | None = None  # as it came, until the second one tells its velocity
+    first_scan: Any = None  # as it came: what looks as in it, the robot carries along
     steps: tuple[Step, ...] = ()  # the last ones
 
 
@@ -109,6 +110,7 @@ class Odometry(ABC, Generic[State]):
         skewed = scan if self._deskew and isinstance(scan, Scan) and is_skewed(scan) else None
         if run.first_sweep is not None:
             run = self._straighten_first(run, run.first_sweep, scan, prior)
+        count = run.state.scans
         velocity = run.velocities.during(scan, prior)
         straight = scan if skewed is None or velocity is None else deskew(skewed, velocity)
         record, state = self.advance(run.state, self._filter(straight), prior)
@@ -118,12 +120,13 @@ class Odometry(ABC, Generic[State]):
             told=prior,
             stamp=scan.stamp if isinstance(scan, Scan) else math.nan,
             largest=largest_range(scan),
-            curvature=curvature(scan) if is_sampled(run.state.scans) else math.nan,
+            curvature=curvature(scan, run.first_scan) if is_sampled(count) else math.nan,
         )
         after = Run(
             state=state,
             velocities=run.velocities.after(scan, record.increment),
-            first_sweep=skewed if run.state.scans == 0 else None,
+            first_sweep=skewed if count == 0 else None,
+            first_scan=scan if count == 0 else run.first_scan,
             steps=(*run.steps[1 - KEPT_STEPS :], step),
         )
         return record, after

@@ -72,8 +72,8 @@ MIN_ODD_STEPS = 3  # scans that repeat, wheels that tell too much, or matches ag
 # a row: fewer get no remark
 MAX_LEFT = 0.5  # of the difference between scans and wheels: a cause that leaves less is told
 WALL_VIEW = math.radians(30.0)  # of a stretch of beams that may show a wall
-MAX_ROUGHNESS = 0.05  # of the ranges of a wall: how far they lie off a smooth curve; those of a
-# ring around the scanner, its own casing, lie as near to their mean
+MAX_ROUGHNESS = 0.05  # of the ranges of a wall: how far they lie off a smooth curve; those of what
+# the robot carries along lie as near to the first ones
 KEPT_STEPS = 500  # tell the remark on a run that is driving now; in any run they keep their points,
 # 35 kB each with 720 beams, and those before them their covariance, which takes 1 to 3 ms
 RETRY_SHARE = 0.5  # of the gate and of each ICP step, in the lesson's second attempt
