@@ -103,7 +103,7 @@ def blind_remarks(steps: Sequence[Step], largest: float) -> Iterator[str]:
     if not len(unmatched) > 0.5 * len(records):
         return
     count = f"{len(unmatched)} of {len(records)} steps"
-    empty = sum(math.isnan(record.agreement) for record in unmatched)  # nothing was compared
+    empty = sum(was_empty(record) for record in unmatched)
     if empty > 0.5 * len(unmatched):
         yield (
             f"{count} had no match that is believed, {empty} of them since a scan has fewer than "
@@ -127,6 +127,11 @@ def blind_remarks(steps: Sequence[Step], largest: float) -> Iterator[str]:
 def is_unmatched(record: StepRecord) -> bool:
     """True for a step whose scan was not matched, though it is no repeat."""
     return not (record.decision.matched or record.repeats)
+
+
+def was_empty(record: StepRecord) -> bool:
+    """True for a step without a match, since one of its scans has too few points for any."""
+    return record.termination is None and math.isnan(record.agreement)
 
 
 def unmatched_remarks(records: Sequence[StepRecord], first_scan: int) -> Iterator[str]:

@@ -10,6 +10,9 @@ import pytest
 from labkit import Scan
 from labkit.odometry import (
     Decision,
+    LessonOdometry,
+    OdometryParameters,
+    SanityLimits,
     StepRecord,
     estimate_odometry,
     increments_between,
@@ -137,6 +140,13 @@ def test_a_run_most_of_whose_steps_are_doubtful_says_so():
 
     assert remark.startswith("7 of 13 steps may be wrong, the first one to scan 0")
     assert remarks_on([Step(ambiguous)] * 6 + [Step(sure)] * 7) == ()
+
+
+def test_matches_that_the_lesson_refuses_are_no_empty_scans():
+    """Its records tell no agreement."""
+    limits = SanityLimits(max_translation=0.01)
+    with pytest.warns(UserWarning, match="had no match that is believed, the first because"):
+        estimate_odometry(SCANS, None, OdometryParameters(limits=limits), estimator=LessonOdometry)
 
 
 def test_a_stretch_of_doubtful_steps_is_told_in_a_run_that_is_right_for_the_most():
