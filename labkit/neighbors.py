@@ -88,8 +88,8 @@ def sort_into_cells(
     Of points that coincide, the first one is an entry.
     """
     cell, start, left, low, per_metre, columns, lines = choose_cells(points)
-    for c in range(columns * lines):
-        start[c + 1] += start[c]  # the end of each cell
+    for c in range(columns * lines):  # `start` holds counts, of which it makes the cells' ends
+        start[c + 1] += start[c]
     entries = np.empty((len(points), 2))
     rows = np.empty(len(points), np.intp)
     for i in range(len(points) - 1, -1, -1):  # from the end of each cell to its start

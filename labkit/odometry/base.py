@@ -37,8 +37,7 @@ class Run(NamedTuple):
 
     state: Any  # of the estimator
     velocities: Velocities = Velocities()
-    first_sweep: Scan | None = None  # as it came, until the second one tells its velocity
-    first_scan: Any = None  # as it came: what looks as in it, the robot carries along
+    first_scan: Any = None  # as it came: the second one tells its velocity, and how it was skewed
     steps: tuple[Step, ...] = ()  # the last ones
 
 
@@ -107,10 +106,10 @@ class Odometry(ABC, Generic[State]):
         self, run: Run, scan: Scan | ArrayLike, prior: FloatArray | None
     ) -> tuple[StepRecord, Run]:
         """One step of the run, of a scan as it came."""
-        skewed = scan if self._deskew and isinstance(scan, Scan) and is_skewed(scan) else None
-        if run.first_sweep is not None:
-            run = self._straighten_first(run, run.first_sweep, scan, prior)
         count = run.state.scans
+        if count == 1 and (first_sweep := self._skewed(run.first_scan)) is not None:
+            run = self._straighten_first(run, first_sweep, scan, prior)
+        skewed = self._skewed(scan)
         velocity = run.velocities.during(scan, prior)
         straight = scan if skewed is None or velocity is None else deskew(skewed, velocity)
         record, state = self.advance(run.state, self._filter(straight), prior)
@@ -125,11 +124,14 @@ class Odometry(ABC, Generic[State]):
         after = Run(
             state=state,
             velocities=run.velocities.after(scan, record.increment),
-            first_sweep=skewed if count == 0 else None,
             first_scan=scan if count == 0 else run.first_scan,
             steps=(*run.steps[1 - KEPT_STEPS :], step),
         )
         return record, after
+
+    def _skewed(self, scan: Any) -> Scan | None:
+        """The scan if its skew is undone; else None."""
+        return scan if self._deskew and isinstance(scan, Scan) and is_skewed(scan) else None
 
     def _straighten_first(
         self, run: Run, first_sweep: Scan, scan: Scan | ArrayLike, prior: FloatArray | None

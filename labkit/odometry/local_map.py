@@ -24,7 +24,7 @@ from labkit.odometry.walls import (
     with_normals,
 )
 from labkit.result import step_length
-from labkit.se2 import from_xytheta, invert
+from labkit.se2 import apply, from_xytheta, invert
 from labkit.support.arrays import FloatArray
 from labkit.target import Target, target_on_lines
 
@@ -71,9 +71,8 @@ class LocalMap(NamedTuple):
         T_walls_target = self.T_walls_target @ self.T_target_last
         around = move(walls.around(T_walls_target), invert(T_walls_target))
         T_new_old = invert(self.T_target_last)
-        R, t = T_new_old[:2, :2], T_new_old[:2, 2]
-        points = self.target.points[start:] @ R.T + t  # apart from their normals: no rows are made
-        normals = self.target.normals[start:] @ R.T
+        points = apply(T_new_old, self.target.points[start:])
+        normals = self.target.normals[start:] @ T_new_old[:2, :2].T
         target = map_target(np.hsplit(around, 2), (points, normals), np.hsplit(rows, 2))
         sizes = (*self.sizes[1 - KEY_SCANS :], len(rows))
         return LocalMap(target, sizes=sizes, walls=walls, T_walls_target=T_walls_target)

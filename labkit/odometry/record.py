@@ -239,10 +239,13 @@ class StepRecord:
         if self.decision is Decision.START:
             return False
         is_unclear = not self.decision.matched or self.ambiguous or self.against_prior
-        is_unmeasured = self.weakest_std > self.allowed_std
-        if self.prior is None:
-            is_unmeasured = is_unmeasured or self.degenerate
+        is_unmeasured = self.is_free or self.weakest_std > self.allowed_std
         return is_unclear or is_unmeasured or self.is_contradicted or self.is_over_gap
+
+    @property
+    def is_free(self) -> bool:
+        """True if the match leaves a direction free, and no wheels told it."""
+        return self.prior is None and self.degenerate
 
     @property
     def is_contradicted(self) -> bool:

@@ -100,7 +100,7 @@ def blind_remarks(steps: Sequence[Step], largest: float) -> Iterator[str]:
     """Most steps without a match; `largest` is the usual largest range [m]."""
     records = [step.record for step in steps]
     unmatched = [record for record in records if is_unmatched(record)]
-    if not len(unmatched) > 0.5 * len(records):
+    if len(unmatched) <= 0.5 * len(records):
         return
     count = f"{len(unmatched)} of {len(records)} steps"
     empty = sum(was_empty(record) for record in unmatched)
@@ -233,14 +233,9 @@ def impossible_remarks(steps: Sequence[Step]) -> Iterator[str]:
         )
 
 
-def is_free(record: StepRecord) -> bool:
-    """True for a step that left a direction free which no wheels told."""
-    return record.prior is None and record.degenerate
-
-
 def free_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
     """A way along walls that nothing measured."""
-    unmeasured = sum(map(is_free, steps))
+    unmeasured = sum(step.is_free for step in steps)
     if unmeasured > 0.5 * max(len(steps), MIN_STEPS):
         yield (
             f"{unmeasured} of {len(steps)} steps left a direction free, such as the way along a "
@@ -252,13 +247,12 @@ def free_remarks(steps: Sequence[StepRecord]) -> Iterator[str]:
 def doubtful_remarks(records: Sequence[StepRecord], first_scan: int) -> Iterator[str]:
     """Most steps doubtful, or many in a row, other than by a free direction without wheels."""
     doubtful = [record.is_doubtful for record in records]
-    unclear = [record.is_doubtful and not is_free(record) for record in records]
-    longest = longest_stretch(unclear, MIN_STEPS, first_scan)
+    unclear = [odd and not record.is_free for odd, record in zip(doubtful, records, strict=True)]
     if sum(doubtful) > 0.5 * max(len(doubtful), MIN_STEPS):
         first = doubtful.index(True)
         words = f"{sum(doubtful)} of {len(doubtful)} steps may be wrong, the first one to scan "
         words += str(first_scan + first)
-    elif longest:
+    elif longest := longest_stretch(unclear, MIN_STEPS, first_scan):
         first, words = longest.first_step, f"{longest.words} may all be wrong, the first one"
     else:
         return
