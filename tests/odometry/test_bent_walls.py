@@ -24,10 +24,11 @@ def test_walls_bend_by_the_square_of_how_much_too_wide_angles_are(widening):
     assert measured == pytest.approx(widening**-2, rel=0.1)
 
 
-def test_what_the_robot_carries_along_is_no_wall():
-    """A round bin, or a ring around the scanner: it looks as in the first scan."""
+@pytest.mark.parametrize("bend", [0.0, 0.1])
+def test_what_the_robot_carries_along_is_no_wall(bend):
+    """A ring around the scanner, or round things: they look as in the first scan."""
     angles = SCANS[0].angles
-    load = 1.3 + 0.1 * np.sin(angles / 0.13)
+    load = 1.3 + bend * np.sin(angles / 0.13)
     first, later = (
         [Scan.from_ranges(np.where(hidden, load, scan.ranges), angles) for scan in SCANS]
         for hidden in (np.ones(len(angles), np.bool_), angles < 0.0)
